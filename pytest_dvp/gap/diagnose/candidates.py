@@ -11,11 +11,12 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.diagnose.input_scales import input_map
-from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
-_FINER = ("lead", "inertia", "release", "brakes", "braking")  # keys that only a fit finds: no grid begins with them
+LATE = ("rise", "fade", "lag")  # keys that are fitted when the search has gone as far as it could without them
+_FINER = ("lead", "inertia", "release", "brakes", "braking", *LATE)  # keys that only a fit finds: no grid begins there
 SHAPE_KEYS = ("heading", "tau", "v0", "v1", "frequency", "damping", *_FINER)  # keys that say how, not how much
 BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
@@ -147,6 +148,16 @@ def _strength(c: Coordinate, value: float) -> float:
 def sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
     """Those that say how much, not how; of an effect that only says how (a lag) all."""
     return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
+
+
+def without_finer(found: Fit, name: str) -> Fit:
+    """The fit as if the keys that say how an effect acts were known: whether it is there at all does not hang on them,
+    and what shows in three segments cannot have five values."""
+    sized = sizes([c for c in found.coordinates if c.effect == name])
+    kept = [k for k, c in enumerate(found.coordinates) if c.effect != name or c in sized or c.key.name not in _FINER]
+    return dataclasses.replace(
+        found, coordinates=tuple(found.coordinates[k] for k in kept), jacobian=found.jacobian[kept]
+    )
 
 
 def is_usual(key: Key, value: float) -> bool:

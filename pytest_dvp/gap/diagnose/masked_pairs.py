@@ -19,8 +19,13 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
     from pytest_dvp.gap.diagnose.trial import Trial
 
+_CHAINS = (("steer_delay", "steer_lag", "steer_rate_limit"), ("drive_delay", "drive_lag", "jerk_limit"))
+"""What an actuator has all at once: a dead time, a lag and a fastest change. One of them stands for the others: while
+the dead time of a van's steering was 0.11 s in place of 0.05 s, neither its lag nor its limit was worth a name."""
+_SHARES = (1.0, 0.5, 0.25)  # of a time that is named, which it may keep beside the others
 _FITTED = 3  # pairs, the best to first order
 LARGEST = 1.25  # times the change of a point, to which a first order is followed
+_STARTS = 2  # points of a whole actuator from which it is fitted
 _ALIKE = 1e-3  # of a change, that must stand beside the other one
 
 
@@ -61,6 +66,33 @@ def masked_pair(search: Fitting, now: Trial) -> list[Trial]:
         pays = all(search.is_worth_adding(less, both) for less in (now, *alone))
         if pays and all(search.is_credible(both, name) for name in pair):
             return [both]
+    return []
+
+
+def whole_actuator(search: Fitting, now: Trial) -> list[Trial]:
+    """The best set with all that an actuator has of which the set has a part, without what does not pay beside the
+    rest; none if that is no better."""
+    for chain in _CHAINS:
+        named = [name for name in chain if name in now.names]
+        missing = [name for name in chain if name not in now.names]
+        if not named or not missing or any(name not in search.tried for name in chain):
+            continue
+        times = [c.name for name in named for c in search.tried[name].coordinates if c.key.unit == "s"]
+        options = [
+            {k: share * now.values[k] for k in times} | {k: v for point in points for k, v in point.items()}
+            for share in (_SHARES if times else (1.0,))
+            for points in itertools.product(*(search.tried[name].points for name in missing))
+        ]
+        starts = sorted(options, key=lambda point: square(search.target.whitened(now.values | point)))[:_STARTS]
+        trials = [search.trial((*now.names, *missing), now.values | start, like=now) for start in starts]
+        best = min(trials, key=search.cost)
+        for name in sorted(chain, key=missing.__contains__, reverse=True):
+            less = search.trial([n for n in best.names if n != name], best.values, like=best)
+            if not search.is_worth_adding(less, best):
+                best = less
+        new = [name for name in best.names if name in missing]
+        if new and search.is_worth_adding(now, best) and all(search.is_credible(best, name) for name in new):
+            return [best]
     return []
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.held_out import Fold
@@ -43,7 +44,7 @@ class SearchSpace:
         if self.target.excused and not found.final.names and (hidden := quiet(search, found.final)):
             found = dataclasses.replace(found, final=hidden)
         rivals = dict(found.rivals)
-        return search, dataclasses.replace(found, final=search.refined(found.final, rivals), rivals=rivals)
+        return search, dataclasses.replace(found, final=refined(search, found.final, rivals), rivals=rivals)
 
 
 class Searched(NamedTuple):

@@ -13,12 +13,20 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_certain, is_worth_naming, sizes
+from pytest_dvp.gap.diagnose.candidates import (
+    LATE,
+    Candidate,
+    Point,
+    is_certain,
+    is_worth_naming,
+    sizes,
+    without_finer,
+)
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
-from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
+from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair, whole_actuator
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.logs.log_contents import FloatArray
@@ -27,7 +35,8 @@ MOST = 12  # effects added to one model, beside finer ones,
 FEWER = 8  # and so many while chi^2/N is above
 NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
-FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
+FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002; and for all while more is left than this
+FAR = 2.0  # times the noise, of a model without known remainder: nothing is confirmed there, and small gains add up
 MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain
 BOOTSTRAP_SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR_GAIN_FACTOR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
@@ -39,7 +48,8 @@ PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
-MATCHED_MISFIT = 0.02  # of what was beyond the noise at first, that a set of many effects may leave
+MATCHED_MISFIT = 0.02  # of what was beyond the noise at first, that a set of many effects may leave, and
+MATCHED = 3.0  # times the noise beyond it at most: other beginnings led five cars in MuJoCo to much the same
 EXCUSED_MISFIT = 2.0  # of one channel of a twin with a known remainder, which changes from drive to drive
 _RETURNS = 2  # times that a search begins again
 _EXCHANGES = 8  # of effects of a set by others
@@ -47,7 +57,6 @@ _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
 _REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
-_BEGINNINGS = 2  # points of a refiner's range from which a fit of it starts
 _DRAWS = 400  # of the bootstrap: MIN_BOOTSTRAP_SHARE is then known to 1 %
 _SEED = 7  # any; fixed, so that the same logs give the same answer
 
@@ -82,6 +91,7 @@ class Search:
         self._shown: dict[str, float] = {}
         self._near: dict[str, tuple[str, ...]] = {}
         self._way = ""  # from where effects are looked for, in the words of progress
+        self._late = True  # whether the keys are fitted that come late
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
         self._rough: dict[str, Trial] = {}
@@ -89,11 +99,11 @@ class Search:
     def run(self) -> SearchResult:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
-        if self._within_noise(base):
+        if self.within_noise(base):
             self._scan(base, self.tried)
             return SearchResult(base, {}, self._hidden())
         turns: list[Trial] = []
-        best, rivals = self._contest(grown := self._grown(base, turns))
+        best, rivals = self._contest(grown := self._risen(base, turns))
         contested = {frozenset(grown.names)}
         if self.cost(best) > MISFIT * self.count:
             turns = late_pair(self, base) + turns
@@ -102,7 +112,7 @@ class Search:
                 break
             self.target.settle(turn.values)
             self._way = f"much is left, another beginning ({number} of {_RETURNS} at most), "
-            grown = self._grown(self.trial(turn.names, turn.values), [])
+            grown = self._risen(self.trial(turn.names, turn.values), [])
             self._way = ""
             if frozenset(grown.names) in contested:  # it came to the same
                 continue
@@ -111,13 +121,16 @@ class Search:
             if self.cost(other) < self.cost(best):
                 best, rivals = other, others_rivals
         self.target.settle(best.values)
-        if frozenset(best.names) not in contested:  # what took the place of others may let more show
-            best = self._grown(best, [])
-        best = self._credible_set(self.trial(best.names, best.values, zoom=True, like=best))
+        whole = self._whole_actuator(best)
+        if (
+            whole is not best or frozenset(best.names) not in contested
+        ):  # what took the place of others may let more show
+            best = self._grown(whole, [])
+        best = self.credible_set(self.trial(best.names, best.values, zoom=True, like=best))
         best = usual_set(
             best,
             without=lambda name: self.without(best, name),
-            filled=lambda less, name: self._pruned(self._grown(less, [], barred=(name,))),
+            filled=lambda less, name: self.pruned(self._grown(less, [], barred=(name,))),
             refit=lambda other: self.trial(other.names, other.values, zoom=True, like=other),
         )
         self.target.settle(best.values)
@@ -131,53 +144,28 @@ class Search:
             now = self.trial(paying[0].names, paying[0].values, like=paying[0])
             yield now
 
-    def refined(self, best: Trial, rivals: dict[str, tuple[str, ...]]) -> Trial:
-        """The set with an effect that changes while driving, in the place of a constant one or beside all, if that does
-        better: a brake that fades instead of one that is weak. Where it does as well, it joins the `rivals` of those
-        whose place it takes."""
-        alone = len(best.names) == 1 and not self.target.excused  # noise that holds a remainder hides what changes
-        if not best.names or (alone and self._within_noise(best)):
-            return best  # where two are named, they may stand for one that changes, and leave no more than noise
-        start = best
-        for refiner in self.refiners.values():
-            for other in self._with_refiner(start, refiner):
-                remainder = self.target.excused and self.cannot_tell_apart(other, start)  # it may make the gap
-                if self.cost(other) < self.cost(best) - 1e-3 * self.count and not remainder:
-                    best = other
-                elif self.cannot_tell_apart(start, other):
-                    for name in set(start.names) - set(other.names):
-                        rivals[name] = tuple(dict.fromkeys((*rivals.get(name, ()), refiner.name)))
-        if best is start:
-            return best
-        self.target.settle(best.values)
-        return self._credible_set(self.trial(best.names, best.values, zoom=True, like=best))
-
-    def _with_refiner(self, start: Trial, refiner: Candidate) -> Iterator[Trial]:
-        """Sets that have an effect that changes while driving: beside all others, without those that it refines, and
-        without all that are often confused with it; in each what does not pay any more is dropped."""
-        refines = refiner.effect.diagnosed.refines
-        bases = {name for name in start.names if name in refines or self.contained(name) in refines}
-        if not (bases or self.misfit(start)):
-            return
-        self.tick(f"does it change while driving: {refiner.name}")
-        left_out = (set[str](), bases, bases | set(refiner.effect.ties))
-        for names in dict.fromkeys(tuple(n for n in start.names if n not in out) for out in left_out):
-            without = start if names == start.names else self.trial(names, start.values, like=start)
-            options = FirstOrderGain(self.target, without).remaining_chi2(refiner, refiner.points)
-            for _, point in sorted(options, key=lambda option: option[0])[:_BEGINNINGS]:
-                with_it = self.trial((*names, refiner.name), without.values | point, like=without)
-                if self.is_worth_adding(without, with_it) and self.is_credible(with_it, refiner.name):
-                    less = self._pruned(with_it)
-                    if refiner.name in less.names:
-                        yield less
-
     def _is_matched(self, base: Trial, best: Trial) -> bool:
         """True if a set of many effects explains nearly all: another order of them leads to much the same."""
         left, was = best.chi2 - self.count, base.chi2 - self.count
-        return len(best.names) >= LARGE and left < min(MATCHED_MISFIT * was, self.count)
+        return len(best.names) >= LARGE and left < min(MATCHED_MISFIT * was, MATCHED * self.count)
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
+
+    def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
+        """The set grown, first without the keys that come late: far from the car they take what others are missing."""
+        self._late = False
+        now = self._grown(now, turns)
+        self._late = True
+        self.target.settle(now.values)
+        now = self._grown(self.trial(now.names, now.values), [])
+        whole = self._whole_actuator(now)
+        return now if whole is now else self._grown(whole, [])
+
+    def _whole_actuator(self, now: Trial) -> Trial:
+        """The set with all of an actuator of which it has a part, if that does better."""
+        found = whole_actuator(self, now) if self.misfit(now) else []
+        return found[0] if found else now
 
     def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
@@ -197,7 +185,9 @@ class Search:
         """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
         count = count or self.count
         gain = (without.chi2 - with_it.chi2) / count
-        worth = (PRACTICAL if without.names else FIRST) * max(1.0, with_it.chi2 / count)
+        level = with_it.chi2 / count
+        little = not without.names or (level > FAR and not self.target.excused)
+        worth = (FIRST if little else PRACTICAL) * max(1.0, level)
         if gain < worth:
             return False
         return (
@@ -235,12 +225,14 @@ class Search:
         ("parameters") is kept as it is, too.
         """
         target = target or self.target
-        coordinates = [*self.nuisance, *(c for name in names for c in self.known[name].coordinates)]
+        every = [c for name in names for c in self.known[name].coordinates]
+        late = {c.name: c.key.neutral for c in every if c.key.name in LATE}
+        coordinates = [*self.nuisance, *(c for c in every if self._late or c.name not in late)]
         stop = Stop(enough=2e-4 * target.count, above=above)
         fixed = (
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
         )
-        found = fit(target, coordinates, start, fixed=fixed, stop=stop, zoom=zoom,
+        found = fit(target, coordinates, late | dict(start), fixed=fixed, stop=stop, zoom=zoom,
                     known=like.fit if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
@@ -248,7 +240,7 @@ class Search:
         """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
         sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
         if a finer one does far better than the best of them."""
-        if self._within_noise(now):
+        if self.within_noise(now):
             return []
         most = MOST if now.chi2 < NEAR * self.count else FEWER
         full = sum(not self.known[name].detail for name in now.names) >= most
@@ -279,7 +271,7 @@ class Search:
             return True
         return max(lasting.by_channel(now.values).values(), default=0.0) > EXCUSED_MISFIT
 
-    def _within_noise(self, now: Trial) -> bool:
+    def within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
         return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
 
@@ -335,7 +327,7 @@ class Search:
         mine = [c for c in trial.fit.coordinates if c.effect == name]
         if any(c.is_at_limit(trial.values[c.name]) for c in mine):
             return False
-        sure = intervals(trial.fit, target.starts() if target else self.starts)
+        sure = intervals(without_finer(trial.fit, name), target.starts() if target else self.starts)
         if not any(is_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
             return False
         return self._matters(trial, name, target or self.target)
@@ -344,7 +336,7 @@ class Search:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
         rivals: dict[str, tuple[str, ...]] = {}
         for _ in range(_EXCHANGES):
-            best = self._simplified(self._pruned(best))
+            best = self._simplified(self.pruned(best))
             rivals, exchanged = {}, None
             least_needed_first = sorted(best.names, key=lambda n: self._roughly_without(best, n).chi2)
             for k, name in enumerate(least_needed_first):
@@ -440,11 +432,11 @@ class Search:
         kept = {k: v for k, v in best.values.items() if k[0] != name}
         return self.trial([n for n in best.names if n != name], kept, like=best, above=above)
 
-    def _pruned(self, best: Trial) -> Trial:
+    def pruned(self, best: Trial) -> Trial:
         """The set without effects that no longer pay, or without which no more than noise is left."""
         while len(best.names) > 1:
             least_lost = min((self._roughly_without(best, name) for name in best.names), key=self.cost)
-            if self.is_worth_adding(least_lost, best) and not self._within_noise(least_lost):
+            if self.is_worth_adding(least_lost, best) and not self.within_noise(least_lost):
                 return best
             best = least_lost
         return best
@@ -463,7 +455,7 @@ class Search:
                 options.append(self.trial((*rest, plain), options[0].values | point, like=options[0]))
         return min(options, key=self.cost)
 
-    def _credible_set(self, best: Trial) -> Trial:
+    def credible_set(self, best: Trial) -> Trial:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
         less = self._drop_implausible(best)
@@ -480,7 +472,7 @@ class Search:
         others in the place of these."""
         barred: list[str] = []
         while True:
-            best = self._pruned(best)
+            best = self.pruned(best)
             vague = [name for name in best.names if not self.is_credible(best, name)]
             if not vague:
                 return best

@@ -103,8 +103,8 @@ def _held_out(
     gain = gains.get(name)
     if gain is not None and search.target.excused and gain < ABOVE_REMAINDER and name not in evident:
         return [REMAINDER_ONLY]
-    if gain is not None and gain > ROUNDING * level:
-        return []
+    if gain is not None and abs(gain) > ROUNDING * level:
+        return [] if gain > 0.0 else ["it loses on data held out"]
     spread = search.bootstrap_share(search.without(final, name).segment_chi2, final.segment_chi2)
     return [] if spread >= SPREAD else ["only one part of the drive shows it, and no data held out"]
 

@@ -26,12 +26,12 @@ class Found:
     def __init__(self, fitted: dict[str, float], held: dict[str, float], *, excused: bool = True, misfit: bool = False):
         self.fitted, self.held, self.count = fitted, held, COUNT
         self.target = SimpleNamespace(excused=excused)
-        self.over = misfit
+        self.over, self.left = misfit, 0.0
         self.others: dict[str, list[SimpleNamespace]] = {}
 
     def trial(self, names: tuple[str, ...], values: Any = None, zoom: bool = False) -> SimpleNamespace:
         rest = [name for name in self.fitted if name not in names]
-        chi2 = COUNT * (1.0 + sum(self.fitted[n] for n in rest))
+        chi2 = COUNT * (1.0 + self.left + sum(self.fitted[n] for n in rest))
         held = COUNT * (1.0 + sum(self.held[n] for n in rest))
         return SimpleNamespace(names=tuple(names), chi2=chi2, values={"held": held},
                                segment_chi2=np.full(SEGMENTS, chi2 / SEGMENTS))  # fmt: skip
@@ -41,9 +41,6 @@ class Found:
 
     def misfit(self, best: SimpleNamespace) -> bool:
         return self.over
-
-    def refined(self, best: SimpleNamespace, rivals: Any) -> SimpleNamespace:
-        return best
 
     def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
         return self.others.get(name, [])
@@ -79,6 +76,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
     monkeypatch.setattr(veto, "is_far_beyond", lambda *_: False)
     monkeypatch.setattr(veto, "quiet", lambda *_: None)
+    monkeypatch.setattr(veto, "refined", lambda search, best, rivals: best)
 
 
 def judged(search: Found) -> tuple[str, ...]:
@@ -117,6 +115,14 @@ def test_what_is_far_beyond_the_remainder_may_lose_a_little_where_it_hardly_acts
     assert judged(Found({"steer_sticking": 1.0}, {"steer_sticking": held})) == (("steer_sticking",) if kept else ())
     assert judged(Found({"steer_sticking": 0.3}, {"steer_sticking": 0.0})) == ("steer_sticking",)
     assert judged(Found({"roll": 1.0}, {"roll": held})) == ()
+
+
+@pytest.mark.parametrize(("left", "loss", "stays"), [(1.5, 0.19, True), (1.5, 0.21, False), (0.5, 0.19, False)])
+def test_far_from_the_noise_a_fifth_of_a_gain_may_be_lost(left: float, loss: float, stays: bool) -> None:
+    """Beside a mass, an effect gains 1 where it is fitted; chi^2/N is 2.5 or 1.5 with it."""
+    search = Found({"mass": 3.0, "steer_rate_limit": 1.0}, {"mass": 3.0, "steer_rate_limit": -loss}, excused=False)
+    search.left = left
+    assert ("steer_rate_limit" in judged(search)) is stays
 
 
 def test_what_is_left_without_the_vetoed_ones_may_hide_another(monkeypatch: pytest.MonkeyPatch) -> None:

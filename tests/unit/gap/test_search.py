@@ -125,14 +125,14 @@ def test_another_effect_takes_the_place_of_one_whose_value_means_nothing() -> No
     wind = fitted(s, "headwind")
     assert wind.chi2 > 1.5 * s.count
     assert not s.is_credible(wind, "headwind")
-    assert s._credible_set(wind).names == ("rolling_resistance",)
+    assert s.credible_set(wind).names == ("rolling_resistance",)
 
 
 def test_what_does_not_pay_is_pruned() -> None:
     s = search(weak(), "drive_gain", "brake_gain", "aero_drag")
     both = fitted(s, "drive_gain", "brake_gain")
     assert not s.is_worth_adding(fitted(s, "drive_gain"), both)
-    assert s._pruned(both).names == ("drive_gain",)
+    assert s.pruned(both).names == ("drive_gain",)
 
 
 def test_an_effect_that_another_does_better_in_its_place_is_exchanged() -> None:

@@ -17,7 +17,7 @@ def test_an_effect_is_dropped_if_no_more_than_noise_is_left_without_it(worst: fl
                   channels={"v": worst})  # fmt: skip
     search = a_search(world, "drive_gain", "brake_gain")
     both = search.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9})
-    assert len(search._pruned(both).names) == kept
+    assert len(search.pruned(both).names) == kept
 
 
 def test_beside_another_effect_a_known_remainder_is_not_named_by_a_small_value() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from pytest_dvp.gap.diagnose.candidates import is_certain
 from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, chance_gain
+from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair
@@ -77,12 +78,12 @@ def test_an_effect_without_which_the_others_do_as_well_is_dropped() -> None:
     world = hides(drive=400.0, brake=40.0)
     search = a_search(world, "drive_gain", "brake_gain")
     both = search.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9})
-    assert search._pruned(both).names == ("drive_gain",)
+    assert search.pruned(both).names == ("drive_gain",)
     more = a_search(hides(drive=400.0, brake=60.0), "drive_gain", "brake_gain")
     both = more.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9})
-    assert set(more._pruned(both).names) == {"brake_gain", "drive_gain"}
+    assert set(more.pruned(both).names) == {"brake_gain", "drive_gain"}
     alone = more.trial(("brake_gain",), {BRAKE: 0.9})
-    assert more._pruned(alone) is alone
+    assert more.pruned(alone) is alone
     assert more.without(both, "drive_gain").names == ("brake_gain",)
     assert more.without(both, "drive_gain") is more.without(both, "drive_gain")
     nearer = more.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9, MASS: 1.1}, kept={MASS: 1.1})
@@ -341,9 +342,9 @@ def given(leaves: dict[str, float], *names: str, refiners: tuple[str, ...] = (),
     return found
 
 
-def refined(search: Given, *names: str) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+def refined_by(search: Given, *names: str) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
     rivals: dict[str, tuple[str, ...]] = dict.fromkeys(names, ())
-    return search.refined(search.trial(names, {}), rivals).names, rivals
+    return refined(search, search.trial(names, {}), rivals).names, rivals
 
 
 def fading(constant: float, fade: float, both: float | None = None, **options: Any) -> Given:
@@ -361,34 +362,34 @@ def one_point(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("one_point")
 def test_what_changes_while_driving_takes_the_place_of_a_constant_that_it_beats() -> None:
-    assert refined(fading(1200.0, 1100.0), "brake_gain")[0] == ("brake_fade",)
-    assert refined(fading(1200.0, 1201.0), "brake_gain") == (("brake_gain",), {"brake_gain": ("brake_fade",)})
-    assert refined(fading(1200.0, 1300.0), "brake_gain") == (("brake_gain",), {"brake_gain": ()})
-    assert refined(fading(1200.0, 1300.0, 1000.0), "brake_gain")[0] == ("brake_gain", "brake_fade")
+    assert refined_by(fading(1200.0, 1100.0), "brake_gain")[0] == ("brake_fade",)
+    assert refined_by(fading(1200.0, 1201.0), "brake_gain") == (("brake_gain",), {"brake_gain": ("brake_fade",)})
+    assert refined_by(fading(1200.0, 1300.0), "brake_gain") == (("brake_gain",), {"brake_gain": ()})
+    assert refined_by(fading(1200.0, 1300.0, 1000.0), "brake_gain")[0] == ("brake_gain", "brake_fade")
     price = 1e-3 * ROWS
-    assert refined(fading(1200.0, 1200.0 - 1.01 * price), "brake_gain")[0] == ("brake_fade",)
-    assert refined(fading(1200.0, 1200.0 - 0.9 * price), "brake_gain")[0] == ("brake_gain",)
+    assert refined_by(fading(1200.0, 1200.0 - 1.01 * price), "brake_gain")[0] == ("brake_fade",)
+    assert refined_by(fading(1200.0, 1200.0 - 0.9 * price), "brake_gain")[0] == ("brake_gain",)
 
 
 @pytest.mark.usefixtures("one_point")
 def test_within_the_noise_a_single_constant_is_not_refined_and_nothing_needs_it() -> None:
-    assert refined(fading(1000.0, 900.0, channels=0.9), "brake_gain")[0] == ("brake_gain",)
-    assert refined(fading(1000.0, 900.0, channels=1.1), "brake_gain")[0] == ("brake_fade",)
-    assert refined(fading(1000.0, 900.0, channels=0.9, excused=True), "brake_gain")[0] == ("brake_fade",)
-    assert refined(fading(1000.0, 900.0))[0] == ()
+    assert refined_by(fading(1000.0, 900.0, channels=0.9), "brake_gain")[0] == ("brake_gain",)
+    assert refined_by(fading(1000.0, 900.0, channels=1.1), "brake_gain")[0] == ("brake_fade",)
+    assert refined_by(fading(1000.0, 900.0, channels=0.9, excused=True), "brake_gain")[0] == ("brake_fade",)
+    assert refined_by(fading(1000.0, 900.0))[0] == ()
     leaves = {"": 9e3, "brake_gain": 5e3, "drive_gain": 5e3, "brake_gain drive_gain": 1000.0, "brake_fade": 900.0,
               "drive_gain brake_fade": 890.0, "brake_gain drive_gain brake_fade": 890.0}  # fmt: skip
     two = given(leaves, "brake_gain", "drive_gain", refiners=("brake_fade",), channels=0.9)
-    assert "brake_fade" in refined(two, "brake_gain", "drive_gain")[0]
+    assert "brake_fade" in refined_by(two, "brake_gain", "drive_gain")[0]
 
 
 @pytest.mark.usefixtures("one_point")
 def test_beside_a_known_remainder_a_gap_that_tells_nothing_is_no_reason_to_refine() -> None:
-    assert refined(fading(1200.0, 1190.0, excused=True), "brake_gain") == (
+    assert refined_by(fading(1200.0, 1190.0, excused=True), "brake_gain") == (
         ("brake_gain",),
         {"brake_gain": ("brake_fade",)},
     )
-    assert refined(fading(1200.0, 1100.0, excused=True), "brake_gain")[0] == ("brake_fade",)
+    assert refined_by(fading(1200.0, 1100.0, excused=True), "brake_gain")[0] == ("brake_fade",)
 
 
 @pytest.mark.usefixtures("one_point")
@@ -396,14 +397,14 @@ def test_beside_a_known_remainder_a_gap_that_tells_nothing_is_no_reason_to_refin
 def test_beside_other_effects_a_change_is_looked_for_only_where_something_is_left(left: float, looked: bool) -> None:
     leaves = {"": 3000.0, "drive_gain": left, "brake_fade": 2900.0, "drive_gain brake_fade": 1000.0}
     search = given(leaves, "drive_gain", refiners=("brake_fade",))
-    assert refined(search, "drive_gain")[0] == (("drive_gain", "brake_fade") if looked else ("drive_gain",))
+    assert refined_by(search, "drive_gain")[0] == (("drive_gain", "brake_fade") if looked else ("drive_gain",))
 
 
 @pytest.mark.usefixtures("one_point")
 def test_a_change_must_pay_and_mean_something() -> None:
-    assert refined(fading(1200.0, 1100.0, vague=("brake_fade",)), "brake_gain")[0] == ("brake_gain",)
+    assert refined_by(fading(1200.0, 1100.0, vague=("brake_fade",)), "brake_gain")[0] == ("brake_gain",)
     worth = fading(1200.0, 2950.0, 1190.0)  # alone it gains 1.7 % of what is left, beside the constant 0.8 %
-    assert refined(worth, "brake_gain")[0] == ("brake_gain",)
+    assert refined_by(worth, "brake_gain")[0] == ("brake_gain",)
 
 
 def test_a_simpler_effect_takes_the_place_of_one_that_contains_it_if_it_does_as_well() -> None:

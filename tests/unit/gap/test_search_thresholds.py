@@ -148,7 +148,7 @@ def test_a_misfit_is_thirty_percent_over_all_or_half_of_one_channel(
 @pytest.mark.parametrize(("worst", "noise"), [(0.99, True), (1.01, False)])
 def test_nothing_is_looked_for_below_the_noise_of_every_channel(worst: float, noise: bool) -> None:
     s = search("drive_gain", v=0.2, yaw=worst)
-    assert s._within_noise(left(900.0)) is noise
+    assert s.within_noise(left(900.0)) is noise
 
 
 @pytest.mark.parametrize(("gain", "ratio_wins"), [(49.0, True), (51.0, False)])
@@ -223,7 +223,7 @@ def test_others_take_its_place_if_they_recover_four_fifths(lost: float, taken: b
     """Without the wind the fit loses 1,000; with others in its place it may lose a fifth of that, 200."""
     s = Replaced(Samples(v=3.0), candidates(MODEL, [find_effect("headwind")]))  # type: ignore[arg-type]
     s.without_it, s.with_others = left(3000.0), left(2000.0 + lost, "rolling_resistance")
-    assert (s._credible_set(left(2000.0, "headwind")) is s.with_others) is taken
+    assert (s.credible_set(left(2000.0, "headwind")) is s.with_others) is taken
 
 
 class Fitted(Search):
