@@ -68,7 +68,7 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.mark.parametrize("name", PAGES)
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_nothing_runs_off_the_page_or_stands_a_word_a_line(browser: Browser, name: str, tmp_path: Path) -> None:
     PAGES[name](tmp_path / "page.html")
     browser.open(tmp_path / "page.html", READY)

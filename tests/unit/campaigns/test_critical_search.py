@@ -36,6 +36,7 @@ def found(rows: Sequence[Row]) -> set[int]:
 
 
 @pytest.mark.parametrize("name", ["descent", "cross_entropy", "gaussian_process"])
+@pytest.mark.nightly(by_day=3)
 def test_both_of_two_rare_faults_are_found_in_a_third_of_what_chance_needs_for_one(tmp_path: Path, name: str) -> None:
     # Uniform random drives need ln 2 / 0.0018 = 383 for an even chance of a single failure.
     with Store(tmp_path / "out", writes=True) as store:
@@ -59,6 +60,7 @@ def beside_the_least(order: Drive) -> Row:
     return planted.row(order, -1.0 if fails else 0.3 + math.dist(point, LEAST))
 
 
+@pytest.mark.nightly
 def test_a_failure_beside_the_least_margin_is_found_after_the_round_that_ended_there(tmp_path: Path) -> None:
     found = 0
     for seed in (1, 4):
