@@ -72,9 +72,9 @@ contract: $(STAMP)
 	$(BIN)/lint-imports
 
 # A file stays with one worker: what its tests share, such as a drive or a process, is then made once. Three workers on
-# two cores: a fifth of the time is waiting for processes that start, hang or are given up.
+# two cores: a fifth of the time is waiting for processes that start, hang or are given up. Each simulates in one thread.
 unit: $(STAMP)
-	$(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder tests scenarios
+	NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder tests scenarios
 
 # Builds sdist and wheel into dist/, and tries the wheel in an empty environment from an empty folder. Minutes, most of
 # them to install and to compile, so it is no part of `make test`, which only compares the lists of files.

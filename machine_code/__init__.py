@@ -34,12 +34,13 @@ def compiled(function: F | None = None, *, inline: str = "never") -> F | Callabl
     """Compile a function on its first call with arguments of a kind, or load what an earlier process compiled.
 
     Without fast-math, so that the same input gives the same bytes. A division by zero gives inf or nan, as in numpy.
-    The wrapper for C callers is left out, which nobody needs. `inline="always"` puts the function into its callers.
+    The wrapper for C callers is left out, which nobody needs. Other threads of Python go on meanwhile.
+    `inline="always"` puts the function into its callers.
     With NUMBA_DISABLE_JIT=1 the function stays as it is.
     """
 
     def compile_later(python: F) -> F:
-        options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "inline": inline}
+        options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "inline": inline, "nogil": True}
         made: Any = numba.njit(**options)(python)
         if made is not python:
             made._cache = StoredCode(python, made.targetoptions)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
@@ -68,6 +69,7 @@ class Experiment:
             self.segments = dataclasses.replace(self.segments, states=states)
             self._free_speed = False
         self._first = self.segments
+        self._one_at_a_time = threading.Lock()
         self._motions: dict[tuple[tuple[tuple[str, str], float], ...], FloatArray] = {}
         self._moved_on = self.segments
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
@@ -92,15 +94,17 @@ class Experiment:
     def motion(self, values: Values) -> FloatArray:
         """Channels (n, 8) in their units that the model shows with `values`, each segment from its start; not to be
         written to, for the latest are kept."""
-        if self._moved_on is not self.segments:
-            self._motions, self._moved_on = {}, self.segments
         key = tuple(sorted(values.items()))
-        found = self._motions.pop(key, None)
+        with self._one_at_a_time:
+            if self._moved_on is not self.segments:
+                self._motions, self._moved_on = {}, self.segments
+            found = self._motions.pop(key, None)
         if found is None:
             found = self.machine.run(values, starts=self.segments.starts, states=self.segments.states)
+        with self._one_at_a_time:
             while self._motions and (len(self._motions) + 1) * found.nbytes > KEPT:
                 del self._motions[next(iter(self._motions))]
-        self._motions[key] = found
+            self._motions[key] = found
         return found
 
     def residuals(self, values: Values) -> Residuals:

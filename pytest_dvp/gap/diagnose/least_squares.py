@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.diagnose.all_cores import mapped
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.linear_algebra import broyden_update, gram, grams_of_segments, row_products, square
 from pytest_dvp.logs.log_contents import FloatArray
@@ -305,12 +306,14 @@ def _lend(known: Fit | None, coordinates: Sequence[Coordinate], jacobian: FloatA
 def _derive(
     jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray, which: Iterable[int] | None = None
 ) -> None:
-    for k in range(len(u)) if which is None else which:
+    def row(k: int) -> None:
         step = STEP if u[k] < 0.5 else -STEP
         moved = u.copy()
         moved[k] += step
         np.subtract(residual(moved), r, out=jacobian[k])
         jacobian[k] /= step
+
+    mapped(row, range(len(u)) if which is None else which)
 
 
 def _improve(

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from copy import copy
 from math import inf, isinf
 from typing import TypeAlias
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.all_cores import mapped
 from pytest_dvp.gap.diagnose.candidates import (
     LATE,
     Candidate,
@@ -288,17 +290,18 @@ class Search:
     def _scan(self, now: Trial, names: Iterable[str], needed: float = 0.0) -> list[Ranked]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first.
         needed: the gain in chi^2 of which an effect must promise some (`FirstOrderGain`)."""
-        look = FirstOrderGain(self.target, now)
-        ranking: list[Ranked] = []
-        for name in names:
-            if name not in now.names:
-                candidate = self.tried[name]
-                options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
-                if not now.names:
-                    self._shown[name] = look.strongest / self.count
-                if options:
-                    left, point = min(options, key=lambda option: option[0])
-                    ranking.append((left, name, point))
+        whole = FirstOrderGain(self.target, now)
+
+        def looked_at(name: str) -> tuple[float, list[Ranked]]:
+            look, candidate = copy(whole), self.tried[name]
+            options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
+            return look.strongest, [(left, name, point) for left, point in options]
+
+        few = [name for name in names if name not in now.names]
+        found = mapped(looked_at, few)
+        if not now.names:
+            self._shown |= {name: strongest / self.count for name, (strongest, _) in zip(few, found, strict=True)}
+        ranking = [min(options, key=lambda option: option[0]) for _, options in found if options]
         return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
 
     def _trifle(self, trial: Trial) -> bool:
@@ -338,6 +341,7 @@ class Search:
         for _ in range(_EXCHANGES):
             best = self._simplified(self.pruned(best))
             rivals, exchanged = {}, None
+            self._roughly_without_each(best)
             least_needed_first = sorted(best.names, key=lambda n: self._roughly_without(best, n).chi2)
             for k, name in enumerate(least_needed_first):
                 self.tick(f"rivals of {name}, {k + 1} of {len(best.names)}; chi²/N {best.chi2 / self.count:.3g}")
@@ -417,12 +421,18 @@ class Search:
         if name in self._less:
             return self._less[name]
         if name not in self._rough:
-            above = best.chi2 + CLEAR_GAIN_FACTOR * PRACTICAL * max(self.count, best.chi2)
-            found = self._fitted_without(best, name, above)
+            self._roughly_without_each(best, (name,))
+        return self._rough[name]
+
+    def _roughly_without_each(self, best: Trial, names: Sequence[str] = ()) -> None:
+        """The same for each name, of all effects if none is given, side by side."""
+        self._remember(best)
+        missing = [n for n in names or best.names if n not in self._less and n not in self._rough]
+        above = best.chi2 + CLEAR_GAIN_FACTOR * PRACTICAL * max(self.count, best.chi2)
+        for name, found in zip(missing, mapped(lambda n: self._fitted_without(best, n, above), missing), strict=True):
             if found.chi2 <= above:
                 self._less[name] = found
             self._rough[name] = found
-        return self._rough[name]
 
     def _remember(self, best: Trial) -> None:
         if self._whole is not best:
@@ -435,6 +445,7 @@ class Search:
     def pruned(self, best: Trial) -> Trial:
         """The set without effects that no longer pay, or without which no more than noise is left."""
         while len(best.names) > 1:
+            self._roughly_without_each(best)
             least_lost = min((self._roughly_without(best, name) for name in best.names), key=self.cost)
             if self.is_worth_adding(least_lost, best) and not self.within_noise(least_lost):
                 return best
