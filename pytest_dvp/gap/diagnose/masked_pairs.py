@@ -8,7 +8,7 @@ it out. Neither may be worth a name while the other one is missing. Effects that
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point
@@ -71,29 +71,38 @@ def masked_pair(search: Fitting, now: Trial) -> list[Trial]:
 
 def whole_actuator(search: Fitting, now: Trial) -> list[Trial]:
     """The best set with all that an actuator has of which the set has a part, without what does not pay beside the
-    rest; none if that is no better."""
+    rest, and perhaps without one effect that is like what was missing; none if that is no better."""
     for chain in _CHAINS:
         named = [name for name in chain if name in now.names]
         missing = [name for name in chain if name not in now.names]
         if not named or not missing or any(name not in search.tried for name in chain):
             continue
-        times = [c.name for name in named for c in search.tried[name].coordinates if c.key.unit == "s"]
-        options = [
-            {k: share * now.values[k] for k in times} | {k: v for point in points for k, v in point.items()}
-            for share in (_SHARES if times else (1.0,))
-            for points in itertools.product(*(search.tried[name].points for name in missing))
-        ]
-        starts = sorted(options, key=lambda point: square(search.target.whitened(now.values | point)))[:_STARTS]
-        trials = [search.trial((*now.names, *missing), now.values | start, like=now) for start in starts]
+        starts = sorted(_starts(search, now, named, missing), key=lambda s: square(search.target.whitened(s)))[:_STARTS]
+        names = [[n for n in (*now.names, *missing) if any(name == n for name, _ in start)] for start in starts]
+        trials = [search.trial(few, start, like=now) for few, start in zip(names, starts, strict=True)]
         best = min(trials, key=search.cost)
         for name in sorted(chain, key=missing.__contains__, reverse=True):
             less = search.trial([n for n in best.names if n != name], best.values, like=best)
-            if not search.is_worth_adding(less, best):
+            if name in best.names and not search.is_worth_adding(less, best):
                 best = less
         new = [name for name in best.names if name in missing]
         if new and search.is_worth_adding(now, best) and all(search.is_credible(best, name) for name in new):
             return [best]
     return []
+
+
+def _starts(search: Fitting, now: Trial, named: Sequence[str], missing: Sequence[str]) -> Iterator[Values]:
+    """Values of the set with what is missing, at all its points: beside what is named, which keeps a share of its time,
+    and in the place of one effect that is like it (a late yaw rate of a late steering)."""
+    times = [c.name for name in named for c in search.tried[name].coordinates if c.key.unit == "s"]
+    like = {other for name in missing for other in search.tried[name].effect.ties}
+    like |= {name for name, c in search.tried.items() if set(c.effect.ties) & set(missing)}
+    for out in (None, *(name for name in now.names if name in like and name not in named)):
+        kept = {key: value for key, value in now.values.items() if key[0] != out}
+        for share in _SHARES if times else (1.0,):
+            slower = {key: share * now.values[key] for key in times}
+            for points in itertools.product(*(search.tried[name].points for name in missing)):
+                yield kept | slower | {key: value for point in points for key, value in point.items()}
 
 
 def late_pair(search: Fitting, base: Trial) -> list[Trial]:
