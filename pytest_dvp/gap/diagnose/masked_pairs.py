@@ -70,8 +70,13 @@ def masked_pair(search: Fitting, now: Trial) -> list[Trial]:
 
 
 def whole_actuator(search: Fitting, now: Trial) -> list[Trial]:
-    """The best set with all that an actuator has of which the set has a part, without what does not pay beside the
-    rest, and perhaps without one effect that is like what was missing; none if that is no better."""
+    """The best set with all that an actuator has of which the set has a part, if it does better; else none."""
+    return [best for best in actuators(search, now) if search.is_worth_adding(now, best)][:1]
+
+
+def actuators(search: Fitting, now: Trial) -> Iterator[Trial]:
+    """For each actuator of which the set has a part, the best set with all of it: without what does not pay beside the
+    rest, and perhaps without effects that are like what was missing. It may do no better than the set itself."""
     for chain in _CHAINS:
         named = [name for name in chain if name in now.names]
         missing = [name for name in chain if name not in now.names]
@@ -86,19 +91,19 @@ def whole_actuator(search: Fitting, now: Trial) -> list[Trial]:
             if name in best.names and not search.is_worth_adding(less, best):
                 best = less
         new = [name for name in best.names if name in missing]
-        if new and search.is_worth_adding(now, best) and all(search.is_credible(best, name) for name in new):
-            return [best]
-    return []
+        if new and all(search.is_credible(best, name) for name in new):
+            yield best
 
 
 def _starts(search: Fitting, now: Trial, named: Sequence[str], missing: Sequence[str]) -> Iterator[Values]:
     """Values of the set with what is missing, at all its points: beside what is named, which keeps a share of its time,
-    and in the place of one effect that is like it (a late yaw rate of a late steering)."""
+    and in the place of one effect, or of all, that is like it (a late yaw rate of a late steering)."""
     times = [c.name for name in named for c in search.tried[name].coordinates if c.key.unit == "s"]
     like = {other for name in missing for other in search.tried[name].effect.ties}
     like |= {name for name, c in search.tried.items() if set(c.effect.ties) & set(missing)}
-    for out in (None, *(name for name in now.names if name in like and name not in named)):
-        kept = {key: value for key, value in now.values.items() if key[0] != out}
+    stood = [name for name in now.names if name in like and name not in named]
+    for out in dict.fromkeys(((), *((name,) for name in stood), tuple(stood))):
+        kept = {key: value for key, value in now.values.items() if key[0] not in out}
         for share in _SHARES if times else (1.0,):
             slower = {key: share * now.values[key] for key in times}
             for points in itertools.product(*(search.tried[name].points for name in missing)):

@@ -127,12 +127,12 @@ class Search:
         if (
             whole is not best or frozenset(best.names) not in contested
         ):  # what took the place of others may let more show
-            best = self._grown(whole, [])
+            best = self.grown(whole, [])
         best = self.credible_set(self.trial(best.names, best.values, zoom=True, like=best))
         best = usual_set(
             best,
             without=lambda name: self.without(best, name),
-            filled=lambda less, name: self.pruned(self._grown(less, [], barred=(name,))),
+            filled=lambda less, name: self.pruned(self.grown(less, [], barred=(name,))),
             refit=lambda other: self.trial(other.names, other.values, zoom=True, like=other),
         )
         self.target.settle(best.values)
@@ -157,19 +157,19 @@ class Search:
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
         """The set grown, first without the keys that come late: far from the car they take what others are missing."""
         self._late = False
-        now = self._grown(now, turns)
+        now = self.grown(now, turns)
         self._late = True
         self.target.settle(now.values)
-        now = self._grown(self.trial(now.names, now.values), [])
+        now = self.grown(self.trial(now.names, now.values), [])
         whole = self._whole_actuator(now)
-        return now if whole is now else self._grown(whole, [])
+        return now if whole is now else self.grown(whole, [])
 
     def _whole_actuator(self, now: Trial) -> Trial:
         """The set with all of an actuator of which it has a part, if that does better."""
         found = whole_actuator(self, now) if self.misfit(now) else []
         return found[0] if found else now
 
-    def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
+    def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
         effects that are not tried."""
         while True:
@@ -490,4 +490,4 @@ class Search:
             barred.append(vague[-1])
             best = self._plainer(best, vague[-1])
             if refill and self.misfit(best):
-                best = self._grown(best, [], barred)
+                best = self.grown(best, [], barred)

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
+from pytest_dvp.gap.diagnose.held_out_choice import chosen
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart, is_far_beyond, is_imitated, quiet
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
@@ -44,6 +45,7 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     over without them: something new is there then, and what explains it best is told. Where nothing is named any more,
     an effect that is quieter than they seemed may be there, and is asked for.
     """
+    found = chosen(search, found, judges)
     strict = _veto(search, found, judges, apart, fragment=ABOVE_REMAINDER)
     if not (search.target.excused and strict.vetoed):
         return strict

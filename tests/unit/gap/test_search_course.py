@@ -449,9 +449,9 @@ def test_effects_are_added_one_by_one_and_what_came_second_is_remembered() -> No
               "drive_gain mass": 1700.0, "drive_gain brake_gain mass": 1390.0}  # fmt: skip
     search = given(leaves, "drive_gain", "brake_gain", "mass")
     turns: list[Trial] = []
-    assert search._grown(search.trial((), {}), turns).names == ("drive_gain", "brake_gain")
+    assert search.grown(search.trial((), {}), turns).names == ("drive_gain", "brake_gain")
     assert [t.names for t in turns] == [("brake_gain",), ("drive_gain", "mass")]
-    assert search._grown(search.trial((), {}), [], ["drive_gain"]).names[0] == "brake_gain"
+    assert search.grown(search.trial((), {}), [], ["drive_gain"]).names[0] == "brake_gain"
 
 
 def test_where_much_is_left_the_search_begins_again_from_what_came_second() -> None:

@@ -148,7 +148,8 @@ class Without(Search):
 @pytest.mark.parametrize(
     ("gain", "excused", "evident", "doubt"),
     [(0.0011, False, (), ""), (0.0009, False, (), "one part"), (None, False, (), "one part"),
-     (-0.0009, False, (), "one part"), (-0.0011, False, (), "loses"), (0.19, True, (), "remainder"), (0.21, True, (), ""), (0.19, True, ("drive_gain",), ""),
+     (-0.0009, False, (), "one part"), (-0.0011, False, (), "loses"),
+     (0.19, True, (), "remainder"), (0.21, True, (), ""), (0.19, True, ("drive_gain",), ""),
      (None, True, (), "one part")],
 )  # fmt: skip
 def test_an_effect_gains_on_data_held_out_or_in_nearly_every_draw(
