@@ -187,9 +187,7 @@ class Search:
         """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
         count = count or self.count
         gain = (without.chi2 - with_it.chi2) / count
-        level = with_it.chi2 / count
-        little = not without.names or (level > FAR and not self.target.excused)
-        worth = (FIRST if little else PRACTICAL) * max(1.0, level)
+        worth = self.least_gain(with_it.chi2 / count, first=not without.names)
         if gain < worth:
             return False
         return (
@@ -197,6 +195,11 @@ class Search:
             or self.bootstrap_share(without.segment_chi2, with_it.segment_chi2, slack=BOOTSTRAP_SLACK)
             >= MIN_BOOTSTRAP_SHARE
         )
+
+    def least_gain(self, left: float, *, first: bool) -> float:
+        """chi^2/N that is worth an effect, the first one or one beside others, which leaves `left` of chi^2/N."""
+        little = first or (left > FAR and not self.target.excused)
+        return (FIRST if little else PRACTICAL) * max(1.0, left)
 
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""

@@ -102,7 +102,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
         ]
         worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
         sure = not idle and not fragments
-        if not worst or (sure and gains[worst] > -_allowed_loss(search, final, worst, level, fitted[worst])):
+        if not worst or (sure and gains[worst] > -allowed_loss(search, final, worst, level, fitted[worst])):
             return Judged(found, tuple(vetoed), gains, judges)
         if worst in run_setups() and not own and not tried_apart and (others := apart()):
             judges = others
@@ -114,7 +114,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
         found = SearchResult(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
 
 
-def _allowed_loss(search: Search, final: Trial, name: str, level: float, fitted: float) -> float:
+def allowed_loss(search: Search, final: Trial, name: str, level: float, fitted: float) -> float:
     """chi^2/N that an effect may lose on data it was not fitted on. level: what is left where it is fitted, at least 1;
     fitted: what it gains there."""
     slight = SLIGHT

@@ -11,8 +11,9 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.search import FIRST, PRACTICAL, Search
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.veto import allowed_loss
 from pytest_dvp.gap.words.diagnosis import figure
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def judge_addition(
     changed = any(a.name == name for a in model.effects)
     effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
     gain = (less.chi2 - final.chi2) / search.count
-    if gain < (PRACTICAL if rest else FIRST) * max(1.0, final.chi2 / search.count):
+    level = max(1.0, final.chi2 / search.count)
+    if gain < search.least_gain(level, first=not rest):
         beside = f" beside {', '.join(rest)}" if rest else ""
         if changed:
             fitted = ", ".join(f"{key} = {e.value:.4g} {e.unit}".rstrip(" -") for key, e in mine.items())
@@ -73,11 +75,16 @@ def judge_addition(
         ))  # fmt: skip
     before, after = before / samples, after / samples
     effect = dataclasses.replace(effect, held_out_gain=before - after)
-    if after - before > ROUNDING * max(1.0, before):
+    if after - before > max(ROUNDING * max(1.0, before), allowed_loss(search, final, name, level, gain)):
         return Acceptance(effect, wrong=(
             f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
             f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted "
             f"({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
+        ))  # fmt: skip
+    if after - before > ROUNDING * max(1.0, before):
+        return Acceptance(effect, note=(
+            f"{name} loses a little on held-out data, chi²/N {figure(before)} -> {figure(after)}, beside a gain of "
+            f"{figure(gain)} where it is fitted"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
         return Acceptance(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")

@@ -98,6 +98,15 @@ def test_an_effect_must_not_lose_on_data_held_out(gain: float, wrong: bool, note
         assert found.note == "held-out data do not show drive_gain: they neither gain nor lose by it"
 
 
+@pytest.mark.parametrize(("loss", "wrong"), [(9.0, False), (11.0, True)])
+def test_a_hundredth_of_what_it_gains_may_be_lost_and_is_told(loss: float, wrong: bool) -> None:
+    """As in a diagnosis: what it names can be added. It gains 1,000."""
+    found = asked(1000.0, World({DRIVE: 10.0 * direction(0)}, {DRIVE: 0.95 + loss / 20.0}))
+    assert (found.wrong != "") is wrong
+    told = "loses on held-out data" if wrong else "loses a little on held-out data"
+    assert told in (found.wrong or found.note)
+
+
 def test_data_held_out_count_by_their_samples() -> None:
     one = World({DRIVE: 30.0 * direction(0)}, {DRIVE: 0.9})
     other = World({}, count=500)
