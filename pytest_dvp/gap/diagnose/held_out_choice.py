@@ -25,10 +25,10 @@ def chosen(search: Search, found: SearchResult, judges: Sequence[Fold]) -> Searc
     if search.target.excused or not judges or final.chi2 < FAR * search.count:
         return found
     best, asked = left_held_out(search, final, judges), set[frozenset[str]]()
-    for _ in range(_EXCHANGES):
+    for turn in range(_EXCHANGES):  # actuators once: they take as long as all rivals
         options = [
             (left_held_out(search, other, judges), "", other)
-            for other in actuators(search, final)
+            for other in (actuators(search, final) if turn == 0 else ())
             if other.chi2 < final.chi2 or search.cannot_tell_apart(final, other)
         ]
         for name in final.names:
