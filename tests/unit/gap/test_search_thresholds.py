@@ -78,6 +78,19 @@ def test_where_much_is_left_the_gain_is_a_share_of_it(after: float, worth: bool)
     assert search().is_worth_adding(left(2000.0, "brake_gain"), left(after, "brake_gain", "drive_gain")) is worth
 
 
+@pytest.mark.parametrize(
+    ("gain", "excused", "worth"),
+    [(80.0, False, False), (95.0, False, True), (95.0, True, False), (135.0, True, False), (150.0, True, True)],
+)
+def test_far_from_the_noise_three_percent_are_worth_an_effect_but_for_a_known_remainder(
+    gain: float, excused: bool, worth: bool
+) -> None:
+    """3 % of what is left: 3000 - g >= 33.3 g has its end at g = 87.4; 5 % at 142.9."""
+    s = search()
+    s.target.excused = excused  # type: ignore[misc]
+    assert s.is_worth_adding(left(3000.0, "brake_gain"), left(3000.0 - gain, "brake_gain", "drive_gain")) is worth
+
+
 @pytest.mark.parametrize(("segments", "pays"), [(2, False), (4, True)])
 def test_a_gain_must_show_in_nearly_every_draw(segments: int, pays: bool) -> None:
     """Two of 50 segments that gain are missing from (1 - 2/50)^50 = 13 % of the draws, four from 1.5 %; the others lose
