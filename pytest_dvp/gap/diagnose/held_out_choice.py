@@ -52,7 +52,7 @@ def chosen(search: Search, found: SearchResult, judges: Sequence[Fold]) -> Searc
     if final is found.final:
         return found
     search.target.settle(final.values)
-    final = search.credible_set(search.grown(search.trial(final.names, final.values, zoom=True), []))
+    final = search.pruned(search.grown(search.trial(final.names, final.values, zoom=True), []))
     search.target.settle(final.values)
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
 

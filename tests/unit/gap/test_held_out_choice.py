@@ -40,7 +40,7 @@ class Found:
     def grown(self, trial: SimpleNamespace, turns: list[Any]) -> SimpleNamespace:
         return self.trial((*trial.names, *self.more))
 
-    def credible_set(self, trial: SimpleNamespace) -> SimpleNamespace:
+    def pruned(self, trial: SimpleNamespace) -> SimpleNamespace:
         return trial
 
     def tick(self, text: str) -> None:
