@@ -40,6 +40,7 @@ def page(runs: Path) -> Iterator[Browser]:
         yield browser
 
 
+@pytest.mark.nightly
 def test_charts_are_drawn_by_the_library_beside_the_run_folder(page: Browser, runs: Path) -> None:
     assert page.problems == []
     files = [runs / "0001-x-dt" / "report.html", next((runs / "assets").iterdir())]

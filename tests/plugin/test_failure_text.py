@@ -65,6 +65,7 @@ def twin(pytester: pytest.Pytester, late_steering: Path) -> pytest.Pytester:
 COMMAND = "dvp extend --model car.toml --add steer_delay --fit {log} --out car.extended.toml"
 
 
+@pytest.mark.nightly
 def test_assert_matches_names_the_effect_and_the_command(twin: pytest.Pytester) -> None:
     twin.makepyfile(MATCHES)
     result = twin.runpytest_inprocess()

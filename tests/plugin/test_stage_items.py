@@ -117,6 +117,7 @@ def test_the_header_names_the_model_of_the_log_that_stands_for_the_twin(stages: 
     driven_too.stdout.fnmatch_lines([f"dvp: *, model tabby_evo.toml, mine.toml of {log.name}"])
 
 
+@pytest.mark.nightly
 def test_a_log_of_another_scenario_is_not_replaced_by_a_drive(stages: pytest.Pytester) -> None:
     """Whoever named the wrong log would take the car of a new drive for the one of the log."""
     for name in ("s.xosc", "s.gates.toml"):
@@ -135,6 +136,7 @@ def test_what_cannot_be_driven_leaves_it_inconclusive_and_says_why(stages: pytes
     result.stdout.fnmatch_lines(["*INCONCLUSIVE: rw-surrogate ERROR: a real vehicle is required*"])
 
 
+@pytest.mark.nightly
 def test_a_session_leaves_nothing_behind(
     stages: pytest.Pytester, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -47,6 +47,7 @@ def cars(monkeypatch: pytest.MonkeyPatch) -> list[LiveCarProcess]:
     return found
 
 
+@pytest.mark.nightly
 def test_a_run_has_a_log_at_100_hz_on_the_harnesss_clock(scenario: Write, cars: list[LiveCarProcess]) -> None:
     """The car's own clock begins elsewhere; at 5 m/s the car has rolled 5 m after a second."""
     seen: list[Observation] = []

@@ -201,6 +201,7 @@ def test_columns_that_are_assumed_to_drive_the_model_are_said(here: Path, capsys
     assert told.count("\n") == 1
 
 
+@pytest.mark.nightly
 def test_nothing_missing_is_an_answer_and_an_unchanged_copy(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "car.toml").write_bytes(CAR.replace("\n", "\r\n").encode() + b"# mine\r\n")
     given = (here / "car.toml").read_bytes()

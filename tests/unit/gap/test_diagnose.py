@@ -66,6 +66,7 @@ def test_the_effect_explains_all_that_was_beyond_the_noise_here_and_on_the_end_t
     assert after.held_out_rmse["v"] == pytest.approx(NOISE["v"], rel=0.1)
 
 
+@pytest.mark.nightly
 def test_in_a_log_without_noise_what_no_sensor_could_show_is_not_named() -> None:
     """A simulator's own log: half a milliradian of heading and 0.03 % of steering are finer than any gyro's."""
     found = diagnose({"log": drive(drive_gain=0.85, steer_ratio=0.9997, yaw_bias=0.0005, noise=0.0)}, baseline())
@@ -86,6 +87,7 @@ def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> N
     assert price(answer(1100.0, 2), 1000, 1) < price(answer(1400.0, 1), 1000, 0)
 
 
+@pytest.mark.nightly
 def test_what_the_command_gate_did_is_not_the_cars() -> None:
     """The car got commands that the gate had made weaker; the car itself does as it is told."""
     log = drive(drive_gain=0.85, seed=3)
@@ -264,6 +266,7 @@ def test_every_name_of_an_answer_is_one_of_the_catalogue(weak_drive: Diagnosis) 
     assert set(weak_drive.not_excited) <= known
 
 
+@pytest.mark.nightly
 def test_an_offset_of_the_lateral_accelerometer_is_named_beside_a_banked_road() -> None:
     log = drive()
     off = Log({**log.columns, "ay": log.columns["ay"] - 0.65})

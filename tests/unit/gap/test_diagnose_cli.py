@@ -103,6 +103,7 @@ def test_a_log_that_is_fitted_on_does_not_judge_itself_under_another_name(
         assert told.count("\n") == 1
 
 
+@pytest.mark.nightly
 def test_of_a_run_of_the_twin_it_is_said_that_it_logs_the_true_motion(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

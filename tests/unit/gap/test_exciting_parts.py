@@ -50,6 +50,7 @@ def test_what_has_been_seen_often_gives_way_to_another_kind_of_driving() -> None
     assert any(part.stop > 500.0 for part in exciting_parts({"a": log}, COMMANDS, most=6000))
 
 
+@pytest.mark.nightly
 def test_a_long_log_is_diagnosed_on_parts_that_are_named_and_stand_in_the_next_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

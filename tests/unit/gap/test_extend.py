@@ -92,6 +92,7 @@ def test_error_that_is_left_is_not_called_noise() -> None:
     assert not found.explained
 
 
+@pytest.mark.nightly
 def test_rival_that_explains_the_logs_fitted_on_but_not_the_others_is_no_end() -> None:
     """A steering that lags by 0.1 s looks like one that is 0.1 s late, until it is moved faster than in town."""
     hidden: Effects = {"steer_lag": {"tau": 0.1}}
@@ -191,6 +192,7 @@ def test_effect_that_cannot_be_fitted_is_one_line(effect: str, said: str) -> Non
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.nightly
 def test_same_logs_give_the_same_model(with_delay: Extension) -> None:
     again = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
     assert again.as_dict() == with_delay.as_dict()
@@ -230,6 +232,7 @@ def test_perception_effect_is_added_with_the_value_of_the_detections() -> None:
     assert applied.intervals["T"].low < 0.2 < applied.intervals["T"].high
 
 
+@pytest.mark.nightly
 def test_perception_effect_that_other_detections_do_not_show_is_refused() -> None:
     found = extend(logs(a=with_boxes(0.2, 1)), model(), add=["detection_latency"], held_out=logs(b=with_boxes(0.0, 2)))
     assert found.refusal.startswith("detection_latency loses on held-out data: T is ")
@@ -247,6 +250,7 @@ def test_perception_effect_is_removed_where_the_detections_say_so() -> None:
     assert extend(logs(a=with_boxes(0.2, 1)), given, remove=["detection_latency"]).refusal.endswith("keep it")
 
 
+@pytest.mark.nightly
 def test_place_of_the_accelerometer_that_fits_better_is_written_and_told() -> None:
     """Where tyres slip it matters: this one sits in the centre of gravity, 1.3 m ahead of the rear axle.
 

@@ -74,6 +74,7 @@ def test_what_one_level_of_braking_cannot_tell_apart_is_not_in_the_command(page:
     assert "--add brake_gain" in page["trial"]
 
 
+@pytest.mark.nightly
 def test_the_ladder_begins_with_the_model_as_given_where_an_effect_is_to_go() -> None:
     """A bias that the car does not have: 0.03 rad of heading at a noise of 0.005 rad is chi^2/N 37 of that channel."""
     model = parse_model(

@@ -145,6 +145,7 @@ def start(package: Path) -> subprocess.Popen[str]:
     return subprocess.Popen([sys.executable, "-c", code], env=environment, text=True, stdin=pipe, stdout=pipe)
 
 
+@pytest.mark.nightly
 def test_older_folders_go_unless_another_process_is_there(package: Path) -> None:
     assert start(package).communicate("", timeout=300)[0] == f"{NOW}\n"
     (first,) = folders(package)
@@ -160,6 +161,7 @@ def test_older_folders_go_unless_another_process_is_there(package: Path) -> None
     assert folders(package)
 
 
+@pytest.mark.nightly
 def test_two_processes_that_begin_at_once(package: Path) -> None:
     both = [start(package) for _ in range(2)]
     for process in both:
