@@ -64,6 +64,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_the_law_is_found_written_and_used(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = logs / "law.py"
     asked = ["--model", str(logs / "car.toml"), "--held-out", str(logs / "judge.csv")]

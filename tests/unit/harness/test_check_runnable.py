@@ -15,6 +15,7 @@ ROAD = '<RoadNetwork><LogicFile filepath="straight.xodr"/></RoadNetwork>'
 GEO = '<GeoPosition latitudeDeg="48" longitudeDeg="11"/>'  # and the road does not say where on the earth it is
 
 
+@pytest.mark.nightly
 def test_each_scenario_is_said_to_run_or_why_not(
     scenario: Write, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], checks_in_a_child: None
 ) -> None:
