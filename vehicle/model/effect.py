@@ -40,6 +40,7 @@ class Key:
     `low`..`high` is the range met in practice (where a search looks; a model may hold a value outside);
     `minimum`..`maximum` what the equation allows, outside which a value is refused.
     `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
+    `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Key:
     minimum: float = -inf
     maximum: float = inf
     meaning: str = ""
+    late: bool = False
 
     @property
     def allowed(self) -> str:

@@ -15,9 +15,8 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
-LATE = ("rise", "fade", "lag")  # keys that are fitted when the search has gone as far as it could without them
-_FINER = ("lead", "inertia", "release", "brakes", "braking", *LATE)  # keys that only a fit finds: no grid begins there
-SHAPE_KEYS = ("heading", "tau", "v0", "v1", "frequency", "damping", *_FINER)  # keys that say how, not how much
+_FINER = ("lead", "inertia", "release", "brakes", "braking")  # keys that only a fit finds: no grid begins with them
+_SHAPE = ("heading", "tau", "v0", "v1", "frequency", "damping", *_FINER)  # keys that say how, not how much
 BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
@@ -56,7 +55,7 @@ class Candidate:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
         found = dict(point)
         for c in self.coordinates:
-            if c.key.name in SHAPE_KEYS:
+            if says_how(c.key):
                 continue
             if isinf(c.key.neutral):
                 return []
@@ -126,7 +125,7 @@ def _points(
 
 def _line(c: Coordinate, count: int) -> list[float]:
     """Values spread over the range without the neutral one."""
-    if c.key.name in _FINER:
+    if is_finer(c.key):
         return [c.key.neutral]
     if c.key.name == "heading":  # the slope has both signs, so half the way round is all round
         return [np.pi * k / count for k in range(count)]
@@ -145,16 +144,26 @@ def _strength(c: Coordinate, value: float) -> float:
     return abs(c.to_unit(value) - c.to_unit(c.key.neutral)) if not isinf(c.key.neutral) else 0.0
 
 
+def is_finer(key: Key) -> bool:
+    """True for a key that only a fit finds, from its neutral value on."""
+    return key.late or key.name in _FINER
+
+
+def says_how(key: Key) -> bool:
+    """True for a key that says how an effect acts, not how much."""
+    return key.late or key.name in _SHAPE
+
+
 def sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
     """Those that say how much, not how; of an effect that only says how (a lag) all."""
-    return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
+    return [c for c in coordinates if not says_how(c.key)] or coordinates
 
 
 def without_finer(found: Fit, name: str) -> Fit:
     """The fit as if the keys that say how an effect acts were known: whether it is there at all does not hang on them,
     and what shows in three segments cannot have five values."""
     sized = sizes([c for c in found.coordinates if c.effect == name])
-    kept = [k for k, c in enumerate(found.coordinates) if c.effect != name or c in sized or c.key.name not in _FINER]
+    kept = [k for k, c in enumerate(found.coordinates) if c.effect != name or c in sized or not is_finer(c.key)]
     return dataclasses.replace(
         found, coordinates=tuple(found.coordinates[k] for k in kept), jacobian=found.jacobian[kept]
     )

@@ -16,7 +16,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS, filled
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS
+from pytest_dvp.gap.diagnose.candidates import says_how
 from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -70,7 +70,7 @@ class Dependences:
         """
         found: list[tuple[float, Dependence]] = []
         for row, c in enumerate(self._trial.fit.coordinates):
-            if c.effect == name and c.key.name not in SHAPE_KEYS and np.isfinite(c.key.neutral):
+            if c.effect == name and not says_how(c.key) and np.isfinite(c.key.neutral):
                 found += self._of_coordinate(row, c)
         if not found:
             return None

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate
+from pytest_dvp.gap.diagnose.candidates import Candidate, says_how
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.lasting_remainder import rounded_imitation
 from pytest_dvp.gap.diagnose.least_squares import STEP
@@ -40,7 +40,7 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
                     rows.append((target.whitened({**point, c.name: c.value(u + step)}) - here) / step)
                 jacobian = np.array(rows)
                 seen = [k for k in range(len(rows)) if square(jacobian[k]) > SHOWN]
-                sized = [k for k in seen if candidate.coordinates[k].key.name not in SHAPE_KEYS]
+                sized = [k for k in seen if not says_how(candidate.coordinates[k].key)]
                 if not sized and len(seen) < len(rows):
                     continue
                 normal = gram(jacobian[seen])

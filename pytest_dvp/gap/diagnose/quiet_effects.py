@@ -13,7 +13,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate, sizes
+from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold
@@ -155,7 +155,7 @@ def changing_instead(search: Search, final: Trial) -> dict[str, tuple[str, ...]]
             if refiner.name in rest or not {name, search.contained(name)} & set(refiner.effect.diagnosed.refines):
                 continue
             look = FirstOrderGain(lasting, search.trial(rest, final.values, target=lasting))
-            shapes = [c for c in refiner.coordinates if c.key.name in SHAPE_KEYS]
+            shapes = [c for c in refiner.coordinates if says_how(c.key)]
             points = [p for p in refiner.points if all(0.2 < c.to_unit(p[c.name]) < 0.8 for c in shapes)]
             left = min((left for left, _ in look.remaining_chi2(refiner, points)), default=inf)
             if left < now.chi2 + EVIDENT**2:

@@ -16,7 +16,6 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.all_cores import mapped
 from pytest_dvp.gap.diagnose.candidates import (
-    LATE,
     Candidate,
     Point,
     is_certain,
@@ -231,7 +230,7 @@ class Search:
         """
         target = target or self.target
         every = [c for name in names for c in self.known[name].coordinates]
-        late = {c.name: c.key.neutral for c in every if c.key.name in LATE}
+        late = {c.name: c.key.neutral for c in every if c.key.late}
         coordinates = [*self.nuisance, *(c for c in every if self._late or c.name not in late)]
         stop = Stop(enough=2e-4 * target.count, above=above)
         fixed = (

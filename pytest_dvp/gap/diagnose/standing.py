@@ -12,7 +12,7 @@ from math import isfinite
 
 from pytest_dvp.doctor.excitation import excitation
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, is_usual
+from pytest_dvp.gap.diagnose.candidates import is_usual, says_how
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect, Standing
 from pytest_dvp.gap.diagnose.equation_error import Opinion
@@ -118,7 +118,7 @@ def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> 
         value = estimate.value
         if name in given and isfinite(key.neutral) and isfinite(given[name]):
             value = value / given[name] * key.neutral if key.neutral else value - given[name]
-        if name not in SHAPE_KEYS and not is_usual(key, value):
+        if not says_how(key) and not is_usual(key, value):
             found.append(
                 f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"
             )
@@ -129,7 +129,9 @@ def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excuse
     """Whether the known remainder of a twin could be all that is seen: no interval is clear of what the twin has."""
     if not excused:
         return []
-    named = [name for name in e.parameters if name not in SHAPE_KEYS] or list(e.parameters)  # a lag only says how
+    named = [name for name in e.parameters if not says_how(effect.key(name))] or list(
+        e.parameters
+    )  # a lag only says how
     for name in named:
         if not e.parameters[name].low <= given.get(name, effect.key(name).neutral) <= e.parameters[name].high:
             return []

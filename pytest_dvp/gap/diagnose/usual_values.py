@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, is_usual
+from pytest_dvp.gap.diagnose.candidates import is_usual, says_how
 from pytest_dvp.gap.diagnose.trial import Trial
 
 MAX_UNRECOVERED_SHARE = 0.2
@@ -38,5 +38,5 @@ def usual_set(
 
 def has_usual_values(trial: Trial, name: str) -> bool:
     """True if no value of an effect that says how much is outside the range that is met in practice."""
-    mine = [c for c in trial.fit.coordinates if c.effect == name and c.key.name not in SHAPE_KEYS]
+    mine = [c for c in trial.fit.coordinates if c.effect == name and not says_how(c.key)]
     return all(is_usual(c.key, trial.values.get(c.name, c.key.neutral)) for c in mine)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from math import isinf, pi
 
 import pytest
 from gap_logs import baseline
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, is_worth_naming
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, is_worth_naming, sizes
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
@@ -86,6 +87,18 @@ def test_points_give_every_key_a_value_that_does_something_and_stays_in_its_rang
         # none of the points is the effect switched off
         assert any(point[name, key.name] != key.neutral for key in keys)
     assert len(candidate.coarse) <= len(candidate.points)
+
+
+def test_a_key_comes_late_by_its_declaration_and_not_by_its_name() -> None:
+    """A user's effect may call what matters `lag`: its grid begins with it, and it says how much."""
+    gain = catalogue()["drive_gain"]
+    for late in (False, True):
+        key = Key("lag", "s", 0.0, 0.5, neutral=0.0, least=0.03, late=late)
+        mine = dataclasses.replace(gain, name="mine", parameters=(*gain.parameters, key))
+        (found,) = candidates(baseline(), [mine])
+        values = {point["mine", "lag"] for point in found.points}
+        assert (values == {0.0}) is late
+        assert [c.key.name for c in sizes(found.coordinates)] == (["g"] if late else ["g", "lag"])
 
 
 @pytest.mark.parametrize("name", ["brake_limit", "steer_rate_limit", "steer_lag", "steer_delay", "rolling_resistance"])
