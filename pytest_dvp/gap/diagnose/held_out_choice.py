@@ -7,54 +7,58 @@ late for a steering that is 0.12 s late. What comes after it then is wrong as we
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from pytest_dvp.gap.diagnose.held_out import Fold, refit_on_fold
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.masked_pairs import actuators
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 
-_EXCHANGES = 4  # of effects by their rivals, at most; chosen
+_EXCHANGES = 4  # at most, of effects by rivals or whole actuators; chosen
 
 
 def chosen(search: Search, found: SearchResult, judges: Sequence[Fold]) -> SearchResult:
     """The result with rivals in the place of effects, and what pays beside them: where a model without known remainder
     leaves FAR, the rival fits as well, and held-out data are better by what is worth an effect."""
-    final, rivals = found.final, dict(found.rivals)
-    if search.target.excused or not judges or final.chi2 < FAR * search.count:
+    if search.target.excused or not judges or found.final.chi2 < FAR * search.count:
         return found
-    best, asked = left_held_out(search, final, judges), set[frozenset[str]]()
-    for turn in range(_EXCHANGES):  # actuators once: they take as long as all rivals
-        options = [
-            (left_held_out(search, other, judges), "", other)
-            for other in (actuators(search, final) if turn == 0 else ())
-            if other.chi2 < final.chi2 or search.cannot_tell_apart(final, other)
-        ]
-        for name in final.names:
-            few = rivals.get(name, ())
-            if few and (key := frozenset({*final.names} ^ {name, *few})) not in asked:
-                asked.add(key)
-                for other in search.in_place_of(final, name):
-                    if other.names[-1] in few and search.is_credible(other, other.names[-1]):
-                        options.append((left_held_out(search, other, judges), name, other))
-        if not options:
+    final, rivals = found.final, dict(found.rivals)
+    left = left_held_out(search, final, judges)
+    for turn in range(_EXCHANGES):
+        others = list(_alike(search, final, rivals))
+        if turn == 0:  # they take as long as all rivals
+            others += [o for o in whole_actuators(search, final) if search.cannot_tell_apart(final, o)]
+        ranked = sorted(((left_held_out(search, other, judges), k) for k, other in enumerate(others)))
+        if not ranked or ranked[0][0] > left - PRACTICAL * max(left, 1.0):
             break
-        left, name, other = min(options, key=lambda option: option[0])
-        if left > best - PRACTICAL * max(best, 1.0):
-            break
-        new = [n for n in other.names if n not in final.names]
-        gone = [n for n in final.names if n not in other.names]
-        search.tick(f"held-out data choose {', '.join(new)}" + (f" in place of {', '.join(gone)}" if gone else ""))
-        for one in new:
-            rivals[one] = (*gone, *(r for r in rivals.get(name, ()) if r not in other.names))
-        final, best = other, left
+        left, k = ranked[0]
+        _exchange(search, final, others[k], rivals)
+        final = others[k]
     if final is found.final:
         return found
     search.target.settle(final.values)
     final = search.pruned(search.grown(search.trial(final.names, final.values, zoom=True), []))
     search.target.settle(final.values)
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
+
+
+def _alike(search: Search, final: Trial, rivals: Mapping[str, Sequence[str]]) -> Iterator[Trial]:
+    """The set with a rival in the place of one effect, for each that has some."""
+    for name in final.names:
+        for other in search.in_place_of(final, name) if rivals.get(name) else ():
+            if other.names[-1] in rivals[name] and search.is_credible(other, other.names[-1]):
+                yield other
+
+
+def _exchange(search: Search, final: Trial, other: Trial, rivals: dict[str, tuple[str, ...]]) -> None:
+    """Say what is exchanged; what goes, and its rivals, are rivals of what comes."""
+    new = [name for name in other.names if name not in final.names]
+    gone = [name for name in final.names if name not in other.names]
+    search.tick(f"held-out data choose {', '.join(new)}" + (f" in place of {', '.join(gone)}" if gone else ""))
+    alike = dict.fromkeys((*gone, *(rival for name in gone for rival in rivals.get(name, ()))))
+    for name in new:
+        rivals[name] = tuple(rival for rival in alike if rival not in other.names)
 
 
 def left_held_out(search: Search, trial: Trial, judges: Sequence[Fold]) -> float:

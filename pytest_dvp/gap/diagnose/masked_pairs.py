@@ -8,7 +8,7 @@ it out. Neither may be worth a name while the other one is missing. Effects that
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point
@@ -19,13 +19,8 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
     from pytest_dvp.gap.diagnose.trial import Trial
 
-_CHAINS = (("steer_delay", "steer_lag", "steer_rate_limit"), ("drive_delay", "drive_lag", "jerk_limit"))
-"""What an actuator has all at once: a dead time, a lag and a fastest change. One of them stands for the others: while
-the dead time of a van's steering was 0.11 s in place of 0.05 s, neither its lag nor its limit was worth a name."""
-_SHARES = (1.0, 0.5, 0.25)  # of a time that is named, which it may keep beside the others
 _FITTED = 3  # pairs, the best to first order
 LARGEST = 1.25  # times the change of a point, to which a first order is followed
-_STARTS = 2  # points of a whole actuator from which it is fitted
 _ALIKE = 1e-3  # of a change, that must stand beside the other one
 
 
@@ -67,47 +62,6 @@ def masked_pair(search: Fitting, now: Trial) -> list[Trial]:
         if pays and all(search.is_credible(both, name) for name in pair):
             return [both]
     return []
-
-
-def whole_actuator(search: Fitting, now: Trial) -> list[Trial]:
-    """The best set with all that an actuator has of which the set has a part, if it does better; else none."""
-    return [best for best in actuators(search, now) if search.is_worth_adding(now, best)][:1]
-
-
-def actuators(search: Fitting, now: Trial) -> Iterator[Trial]:
-    """For each actuator of which the set has a part, the best set with all of it: without what does not pay beside the
-    rest, and perhaps without effects that are like what was missing. It may do no better than the set itself."""
-    for chain in _CHAINS:
-        named = [name for name in chain if name in now.names]
-        missing = [name for name in chain if name not in now.names]
-        if not named or not missing or any(name not in search.tried for name in chain):
-            continue
-        starts = sorted(_starts(search, now, named, missing), key=lambda s: square(search.target.whitened(s)))[:_STARTS]
-        names = [[n for n in (*now.names, *missing) if any(name == n for name, _ in start)] for start in starts]
-        trials = [search.trial(few, start, like=now) for few, start in zip(names, starts, strict=True)]
-        best = min(trials, key=search.cost)
-        for name in sorted(chain, key=missing.__contains__, reverse=True):
-            less = search.trial([n for n in best.names if n != name], best.values, like=best)
-            if name in best.names and not search.is_worth_adding(less, best):
-                best = less
-        new = [name for name in best.names if name in missing]
-        if new and all(search.is_credible(best, name) for name in new):
-            yield best
-
-
-def _starts(search: Fitting, now: Trial, named: Sequence[str], missing: Sequence[str]) -> Iterator[Values]:
-    """Values of the set with what is missing, at all its points: beside what is named, which keeps a share of its time,
-    and in the place of one effect, or of all, that is like it (a late yaw rate of a late steering)."""
-    times = [c.name for name in named for c in search.tried[name].coordinates if c.key.unit == "s"]
-    like = {other for name in missing for other in search.tried[name].effect.ties}
-    like |= {name for name, c in search.tried.items() if set(c.effect.ties) & set(missing)}
-    stood = [name for name in now.names if name in like and name not in named]
-    for out in dict.fromkeys(((), *((name,) for name in stood), tuple(stood))):
-        kept = {key: value for key, value in now.values.items() if key[0] not in out}
-        for share in _SHARES if times else (1.0,):
-            slower = {key: share * now.values[key] for key in times}
-            for points in itertools.product(*(search.tried[name].points for name in missing)):
-                yield kept | slower | {key: value for point in points for key, value in point.items()}
 
 
 def late_pair(search: Fitting, base: Trial) -> list[Trial]:

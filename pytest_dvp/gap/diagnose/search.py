@@ -27,9 +27,10 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
-from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair, whole_actuator
+from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
+from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 12  # effects added to one model, beside finer ones,
@@ -37,7 +38,7 @@ FEWER = 8  # and so many while chi^2/N is above
 NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002; and for all while more is left than this
-FAR = 2.0  # times the noise, of a model without known remainder: nothing is confirmed there, and small gains add up
+FAR = 2.0  # times the noise, of a model without known remainder: there what is left out for its size adds up
 MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain
 BOOTSTRAP_SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR_GAIN_FACTOR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
@@ -165,8 +166,8 @@ class Search:
 
     def _whole_actuator(self, now: Trial) -> Trial:
         """The set with all of an actuator of which it has a part, if that does better."""
-        found = whole_actuator(self, now) if self.misfit(now) else []
-        return found[0] if found else now
+        whole = whole_actuators(self, now) if self.misfit(now) else iter(())
+        return next((trial for trial in whole if self.is_worth_adding(now, trial)), now)
 
     def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:

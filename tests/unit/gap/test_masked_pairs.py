@@ -8,7 +8,7 @@ import pytest
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.experiment import experiment_set
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.masked_pairs import masked_pair, tied_pairs, whole_actuator
+from pytest_dvp.gap.diagnose.masked_pairs import masked_pair, tied_pairs
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.logs.log import Log
 from vehicle.model.effect_catalogue import find_effect
@@ -63,45 +63,3 @@ def test_an_effect_that_promises_nothing_is_looked_at_once(search: Search) -> No
     once = look.remaining_chi2(candidate, candidate.points, needed=1e9)
     assert len(once) == 1 < len(every)
     assert once[0][1] == candidate.points[-1]
-
-
-STEERING = {("steer_delay", "T"): 0.05, ("steer_lag", "tau"): 0.15, ("steer_rate_limit", "limit"): 0.6}
-
-
-def steers(truth: dict[tuple[str, str], float], *more: str) -> Search:
-    """Steps of the wheel angle by up to 0.25 rad, two seconds each, at 5 to 9 m/s."""
-    t = np.arange(0.0, 60.0, 0.02)
-    steps = np.random.default_rng(3).uniform(-0.25, 0.25, 30)
-    commands = {"accel_cmd": np.where(t % 8.0 < 4.0, 1.0, -1.0), "steer_cmd": steps[(t // 2.0).astype(int)]}
-    rows = Replay(MODEL, t, commands).run(truth)
-    rng = np.random.default_rng(5)
-    measured = {name: rows[:, k] + sigma * rng.normal(size=len(t)) for k, (name, sigma) in enumerate(NOISE.items())}
-    target = experiment_set({"log": Log({"t": t, **commands, **measured})}, MODEL)
-    names = [*(name for name, _ in STEERING), *more]
-    return Search(target, candidates(MODEL, [find_effect(name) for name in names], ay=True))
-
-
-def test_a_dead_time_that_stands_for_a_whole_actuator_is_parted() -> None:
-    search = steers(STEERING)
-    alone = search.trial(("steer_delay",), {("steer_delay", "T"): 0.15})
-    assert search.misfit(alone)
-    (found,) = whole_actuator(search, alone)
-    assert set(found.names) == {name for name, _ in STEERING}
-    for key, value in STEERING.items():
-        assert found.values[key] == pytest.approx(value, rel=0.1)
-
-
-def test_where_the_actuator_has_no_more_nothing_is_added() -> None:
-    search = steers({("steer_delay", "T"): 0.15})
-    assert whole_actuator(search, search.trial(("steer_delay",), {("steer_delay", "T"): 0.15})) == []
-    assert whole_actuator(search, search.trial((), {})) == []  # nothing of it is named
-
-
-def test_what_stood_for_the_missing_part_goes() -> None:
-    """A yaw rate that is shown late looks like a steering that is late, but for the position."""
-    search = steers({("steer_delay", "T"): 0.2, ("steer_rate_limit", "limit"): 0.6}, "yaw_rate_latency")
-    start = {("yaw_rate_latency", "T"): 0.15, ("steer_rate_limit", "limit"): 0.6}
-    stood = search.trial(("yaw_rate_latency", "steer_rate_limit"), start)
-    (found,) = whole_actuator(search, stood)
-    assert set(found.names) == {"steer_delay", "steer_rate_limit"}
-    assert found.values["steer_delay", "T"] == pytest.approx(0.2, abs=0.02)  # a sample
