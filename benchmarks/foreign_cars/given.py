@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -73,7 +74,9 @@ def main() -> int:
     parser.add_argument("--json", type=Path, required=True, metavar="F", help="answers, a line each; goes on with them")
     parser.add_argument("--part", default="0/1", metavar="K/N", help="every Nth case, from the Kth on")
     args = parser.parse_args()
-    part, parts = map(int, args.part.split("/"))
+    if not (found := re.fullmatch(r"(\d+)/([1-9]\d*)", args.part)) or int(found[1]) >= int(found[2]):
+        raise SystemExit(f"--part: must be K/N with K from 0 to N - 1 (found {args.part!r})")
+    part, parts = map(int, found.groups())
     truth = cases_of(args.folder)
     known = [json.loads(text) for text in args.json.read_text("utf-8").splitlines()] if args.json.exists() else []
     done = {line["key"] for line in known}

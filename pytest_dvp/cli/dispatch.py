@@ -28,6 +28,8 @@ from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.spelling import nearest, unknown
 from reports.whole_file import WriteError
 
+THREADS = "NUMBA_NUM_THREADS"
+"""Environment variable that says in how many threads compiled code may run."""
 NO_COMMANDS = ("__main__", "command_line", "dispatch", "shared")
 
 
@@ -99,6 +101,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         warnings.simplefilter("ignore", RuntimeWarning)
     _spell_what_cannot_be_shown()
     try:
+        _check_threads(os.environ.get(THREADS) or "1")
         arguments = _parse(words)
     except SystemExit as done:  # --help
         return int(done.code or 0)
@@ -129,6 +132,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         if not is_users_mistake(error):
             raise
         return _complain(words, str(error), 1, [f.as_dict() for f in getattr(error, "findings", ())])
+
+
+def _check_threads(told: str) -> None:
+    """Raises WrongArgument: numba would end with a traceback when it is imported."""
+    if not (told.isdecimal() and int(told) > 0):
+        raise WrongArgument(f"{THREADS}: must be a whole number of threads, 1 or more (found {told!r})")
 
 
 def _spell_what_cannot_be_shown() -> None:

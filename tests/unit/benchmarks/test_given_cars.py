@@ -42,6 +42,14 @@ def test_what_is_missing_is_one_line_with_its_file(tmp_path: Path, monkeypatch: 
     )
 
 
+@pytest.mark.parametrize("part", ["1", "a/b", "2/2", "0/0", "-1/2"])
+def test_a_part_that_is_none_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str) -> None:
+    monkeypatch.setattr(sys, "argv", ["given", str(tmp_path), "--json", "x.jsonl", f"--part={part}"])
+    with pytest.raises(SystemExit) as told:
+        main()
+    assert str(told.value) == f"--part: must be K/N with K from 0 to N - 1 (found {part!r})"
+
+
 def test_answers_that_are_there_are_counted_and_not_asked_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -107,3 +107,13 @@ def test_option(command: str, option: str, code: int, capsys: pytest.CaptureFixt
 )
 def test_further_option(given: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> None:
     gives(code, given, capsys)
+
+
+@pytest.mark.parametrize("threads", ["0", "-3", "many"])
+def test_threads_that_are_none_are_one_line_before_anything_is_loaded(
+    threads: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    assert main(["effects"]) == 2
+    told = capsys.readouterr().err
+    assert told == f"NUMBA_NUM_THREADS: must be a whole number of threads, 1 or more (found {threads!r})\n"
