@@ -17,7 +17,7 @@ import numba
 A = TypeVar("A")
 B = TypeVar("B")
 
-MOST = 8  # threads: what Python itself does between the simulations takes a tenth of the time, and only one at a time
+MOST = 8  # threads; chosen: between the simulations Python itself works, which only one thread can do at a time
 
 _here = threading.local()
 
