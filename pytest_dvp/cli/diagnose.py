@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 PLACE = 80  # in `dvp --help`
-SECONDS_A_ROW = (0.3e-3, 36e-3)
+SECONDS_A_ROW = (0.3e-3, 58e-3)
 """CPU of a row of the logs, from a twin that lacks one effect to a car with an engine of which only the data sheet is
-known, so that eleven effects are named, with other programs on both cores: 362 s of 10,000 rows (docs/foreign_cars.md).
-A raw log of which eight are named takes half of that (docs/real-cars.md)."""
+known, so that twelve effects are named, with other programs on both cores: 576 s of 10,000 rows (docs/foreign_cars.md).
+A raw log of which eight are named takes a third of that (docs/real-cars.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
