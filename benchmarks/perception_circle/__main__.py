@@ -17,6 +17,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  
     os.environ.setdefault(_name, "1")
 
 from benchmarks.perception_circle.circle import HIDDEN, circle  # noqa: E402
+from benchmarks.perception_circle.motion import learn_motion  # noqa: E402
 from benchmarks.perception_circle.scene import write_street  # noqa: E402
 from benchmarks.perception_circle.table import table, written_into  # noqa: E402
 
@@ -28,14 +29,16 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=40.0, help="length of a drive")
     parser.add_argument("--judges", type=int, default=3, help="seeds over which the last drives are averaged")
+    parser.add_argument("--model", type=Path, help="twin to begin with; default: the data sheet, and the motion learnt")
     parser.add_argument("--out", type=Path, help="page in which the table is replaced")
     given = parser.parse_args()
     from scenarios import path
     from vehicle.model.model_file import read_model
 
-    model = read_model(path("models/surrogate.toml"))
     done = []
     with tempfile.TemporaryDirectory() as folder:
+        twin = given.model or learn_motion(path("models/surrogate.toml"), Path(folder) / "motion")
+        model = read_model(twin)
         scenario = write_street(Path(folder) / "street", given.seconds)
         for name in given.effect or ["nothing", *HIDDEN]:
             begin = time.monotonic()

@@ -71,8 +71,13 @@ def _dampened(value: float, shown: float, base: float, declared: Key) -> float:
 
 
 def _variance(value: float, shown: float, base: float, declared: Key) -> float:
-    """Independent noises: their variances add up."""
-    return sqrt(max(base**2 + value**2 - shown**2, 0.0))
+    """Independent noises: their variances add up, and a tracker lets through a part of each at most.
+
+    Of the difference and the ratio that which moves farther is taken: while that part is below 1, neither goes too far.
+    """
+    added = sqrt(max(base**2 + value**2 - shown**2, 0.0))
+    grown = base * min(value / shown, GREATEST_STEP) if shown > 0.0 else base
+    return max(added, grown) if value >= shown else min(added, grown)
 
 
 _RULES: dict[tuple[str, str], Callable[[float, float, float, Key], float]] = {

@@ -48,6 +48,10 @@ def shown(**values: float) -> Perceived:
         ("detection_yaw__b", 0.15, 0.05, 0.1, 0.3),
         ("detection_noise__sigma0", 0.5, 0.3, 0.0, 0.4),  # 0.5^2 = 0.3^2 + 0.4^2
         ("detection_noise__sigma0", 0.1, 0.3, 0.0, 0.0),
+        # the tracker lets half of it through, so the variances 0.25 + 0.16 - 0.04 = 0.37 are less than the ratio says
+        ("detection_noise__sigma0", 0.4, 0.2, 0.5, 1.0),
+        ("detection_noise__sigma0", 0.2, 0.4, 0.5, 0.25),
+        ("detection_noise__sigma0", 0.5, 0.4, 0.1, 0.31622776601683794),  # 0.01 + 0.25 - 0.16: more than the ratio
     ],
 )
 def test_the_trackers_share_is_taken_out(
