@@ -118,9 +118,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _usual_time(rows: int) -> str:
-    """What a diagnosis of `rows` rows takes on a core of its own: "10 s to 90 s"."""
+    """The CPU that a diagnosis of `rows` rows takes: "usually 3 s to 520 s"."""
     low, high = (max(round(rows * each), 2) for each in SECONDS_A_ROW)
-    return f"usually {low} s to {high} s of CPU"
+    return f"usually {low} s to {high} s"
 
 
 def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedParts, model: VehicleModel,

@@ -13,11 +13,12 @@ _EVERY = 5.0  # s between lines where there is no terminal
 @contextmanager
 def progress(command: str, doing: str, expected: str = "") -> Iterator[Callable[[str], None]]:
     """A function to be told what is done now; `command` begins each line where stderr is no terminal. Each line ends
-    with the time since the start, and `expected`: what it usually takes."""
-    began = time.monotonic()
+    with the time since the start and, where `expected` says what CPU it usually takes, that of this process so far."""
+    began, cpu = time.monotonic(), time.process_time()
 
     def timed(text: str) -> str:
-        return f"{text} ({time.monotonic() - began:.0f} s{f' of {expected}' if expected else ''})"
+        used = f"; {time.process_time() - cpu:.0f} s of CPU, {expected}" if expected else ""
+        return f"{text} ({time.monotonic() - began:.0f} s{used})"
 
     if sys.stderr.isatty():
         from rich.console import Console
