@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap demo-campaign test lint types contract compiled-drive compiled-gap unit wheel mutants mutation stages gate-power real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-twins paper-searches paper-kills clean
+.PHONY: interop demo demo-gap demo-campaign test lint types contract compiled-drive compiled-gap collected unit wheel mutants mutation stages gate-power real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-twins paper-searches paper-kills clean
 
 # uv installs the same versions in a tenth of the time; where it cannot (another index, no wheel of it), pip does.
 $(STAMP): pyproject.toml constraints.txt
@@ -47,7 +47,7 @@ $(GAP)/hidden.toml:
 	printf '[hidden.steer_delay]\nT = 0.25\n' > $@
 
 test: $(STAMP)
-	@$(MAKE) --no-print-directory -j2 --output-sync=target compiled-drive lint types contract compiled-gap
+	@$(MAKE) --no-print-directory -j2 --output-sync=target compiled-drive lint types contract compiled-gap collected
 	@$(MAKE) --no-print-directory unit
 
 # What numba compiles, once: two test workers that begin cold would both do it. After an edit this compiles what the edit
@@ -60,6 +60,10 @@ compiled-gap: $(STAMP)
 	mkdir -p runs
 	$(BIN)/python -m vehicle.surrogate --drive urban --out runs/compiled.csv
 	$(BIN)/dvp diagnose runs/compiled.csv --model tests/truth/surrogate_inside.toml
+
+# pytest rewrites the asserts of each test file and keeps what it wrote: 20 s that three workers would each spend.
+collected: $(STAMP)
+	$(BIN)/python -m pytest -qq --collect-only tests scenarios > /dev/null
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -23,7 +23,7 @@ boxes = st.tuples(place, place, angle, side, side, speed, speed)
 
 
 def ttc(i: Box, j: Box) -> float:
-    return float(time_to_collision(np.array([i]), np.array([j]))[0])
+    return float(time_to_collision(np.array([i], dtype=np.float64), np.array([j], dtype=np.float64))[0])
 
 
 def oracle(i: Box, j: Box, grow: float = 0.0) -> float:
