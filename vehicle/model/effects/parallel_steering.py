@@ -17,7 +17,7 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
     order=70,
     tyres=True,
     physics="wheels that steer alike work against each other in a tight bend: the pair turns the car back",
-    equation="M = share t sin d C_f/2 (b_r - b_l), b: direction in which the left and the right wheel move",
+    equation="M = share t/2 sin d C_f/2 (b_r - b_l), b: direction in which the left and the right wheel move",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (steering geometry of A. Ackermann)",
     parameters=(
         Key(
