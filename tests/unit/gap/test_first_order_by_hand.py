@@ -1,0 +1,160 @@
+"""What effects promise to first order, on a fit with three residuals that is linear by construction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
+from pytest_dvp.gap.diagnose.imitation import imitation
+
+REST = np.array([5.0, 3.0, 4.0])  # chi^2 50, of which 25 lies along what is fitted already: the first component
+
+
+def plain(u: float) -> float:
+    return u
+
+
+def beyond_one(u: float) -> float:
+    return max(u - 1.0, 0.0)
+
+
+def gain(strength: Callable[[float], float] = plain, across: float = -1.0) -> FirstOrderGain:
+    """An effect that changes the residuals by w (7, across, 0): of it only `across` is new.
+
+    What is left is 25 + 2 * 3 across w + w^2: with across = -1 least at w = 3, where it is 16.
+    """
+    target: Any = SimpleNamespace(
+        count=1, whitened=lambda values: REST + strength(values.get("a", 0.0)) * np.array([7.0, across, 0.0])
+    )
+    fit = SimpleNamespace(residual=REST, jacobian=np.array([[2.0, 0.0, 0.0]]))
+    now: Any = SimpleNamespace(values={}, fit=fit)
+    return FirstOrderGain(target, now)
+
+
+def candidate(*names: str) -> Any:
+    """Coordinates that are their own units; a weaker point is the share of it."""
+    coordinates = [SimpleNamespace(name=name, to_unit=float, value=float) for name in names]
+    return SimpleNamespace(
+        coordinates=coordinates, weaker=lambda point, share: [{name: share * u for name, u in point.items()}]
+    )
+
+
+def left(found: list[tuple[float, Mapping[str, float]]]) -> list[tuple[float, float]]:
+    return [(chi2, point["a"]) for chi2, point in found]
+
+
+@pytest.mark.parametrize(
+    ("strength", "across", "points", "expected"),
+    [
+        (plain, -1.0, (), []),
+        (plain, -1.0, (2.0,), [(17.0, 2.0)]),
+        (plain, -1.0, (2.0, 1.0), [(17.0, 2.0), (20.0, 1.0), (18.25, 1.5)]),  # and between the best and its neighbour
+        (plain, -1.0, (2.5, 2.0, 1.0), [(16.25, 2.5), (17.0, 2.0), (20.0, 1.0), (16.5625, 2.25)]),
+        (plain, -1.0, (6.0,), [(25.0, 6.0), (16.0, 3.0)]),  # half of the change were best
+        (plain, -1.0, (6.0, 4.0), [(25.0, 6.0), (17.0, 4.0), (20.0, 5.0), (16.0, 3.0)]),
+        (plain, -1.0, (3.0,), [(16.0, 3.0)]),  # as it is best: nothing weaker is hoped for
+        (plain, 1.0, (2.0,), [(41.0, 2.0)]),
+        (beyond_one, -1.0, (0.5,), []),
+        (beyond_one, -1.0, (0.5, 3.0), []),  # weaker points come later: after one that does not show, no more
+        (beyond_one, -1.0, (3.0, 0.5), [(17.0, 3.0), (21.0625, 1.75), (18.640625, 2.375)]),
+        (beyond_one, -1.0, (1.5, 0.5), [(22.25, 1.5), (23.5625, 1.25), (22.890625, 1.375)]),  # 1 does not show
+        (beyond_one, 1.0, (3.0, 0.5), [(41.0, 3.0), (30.0625, 1.75), (25.765625, 1.125), (27.81640625, 1.4375)]),
+    ],
+)  # fmt: skip
+def test_what_is_left_at_points_of_an_effect(
+    strength: Callable[[float], float], across: float, points: tuple[float, ...], expected: list[tuple[float, float]]
+) -> None:
+    found = gain(strength, across).remaining_chi2(candidate("a"), [{"a": u} for u in points])
+    assert left(found) == [pytest.approx(pair, rel=1e-12) for pair in expected]
+
+
+def test_an_effect_of_two_keys_has_no_neighbours_on_a_line() -> None:
+    found = gain().remaining_chi2(candidate("a", "b"), [{"a": 2.0, "b": 0.0}, {"a": 1.0, "b": 0.0}])
+    assert left(found) == [pytest.approx(pair) for pair in ((17.0, 2.0), (20.0, 1.0))]
+
+
+@pytest.mark.parametrize(
+    ("needed", "expected"),
+    [
+        (0.0, [(16.0, 3.0), (17.0, 2.0), (16.25, 2.5)]),
+        (89.0, [(16.0, 3.0), (17.0, 2.0), (16.25, 2.5)]),  # it promises 36/4 = 9: a tenth of 90
+        (91.0, [(17.0, 2.0)]),
+    ],
+)
+def test_an_effect_without_hope_is_looked_at_once(needed: float, expected: list[tuple[float, float]]) -> None:
+    found = gain().remaining_chi2(candidate("a"), [{"a": 3.0}, {"a": 2.0}], needed)
+    assert left(found) == [pytest.approx(pair) for pair in expected]
+
+
+def test_a_single_point_is_looked_at_whatever_it_promises() -> None:
+    assert left(gain().remaining_chi2(candidate("a"), [{"a": 6.0}], 1e9)) == [(25.0, 6.0), pytest.approx((16.0, 3.0))]
+
+
+def test_the_strongest_change_is_kept() -> None:
+    """Square of 2 (7, -1, 0), of the last question only."""
+    asked = gain()
+    assert asked.strongest == 0.0
+    asked.remaining_chi2(candidate("a"), [{"a": 3.0}])
+    asked.remaining_chi2(candidate("a"), [{"a": 2.0}, {"a": 1.0}])
+    assert asked.strongest == pytest.approx(200.0)
+    asked.remaining_chi2(candidate("a"), [])
+    assert asked.strongest == 0.0
+
+
+# --- what a remainder imitates
+
+
+def drives(rest: tuple[float, float], slope: float) -> Any:
+    """Residuals that a key changes by `slope` over its range, along the first of them."""
+    target = SimpleNamespace(
+        settle=lambda values: None,
+        whitened=lambda values: np.array(rest) + np.array([slope * values.get("brake_gain.g", 0.0), 0.0]),
+    )
+    return SimpleNamespace(lasting=lambda: target)
+
+
+def asked_for(points: tuple[float, ...]) -> Any:
+    """A key with a range of 2 in its own unit."""
+    key = SimpleNamespace(name="g", unit="-")
+    c = SimpleNamespace(name="brake_gain.g", key=key, to_unit=float, value=float, slope=lambda u: 2.0)
+    return SimpleNamespace(coordinates=(c,), points=[{"brake_gain.g": u} for u in points])
+
+
+@pytest.mark.parametrize(
+    ("rest", "slope", "points", "off"),
+    [
+        ((3.0, 4.0), 10.0, (0.0,), -0.6),  # -3/10 of the range, which is 2
+        ((3.0, 4.0), -10.0, (0.0, 0.5, 1.0), 0.6),
+        ((30.0, 4.0), 10.0, (0.0,), -2.0),  # farther than the range: at its end
+        ((3.0, 4.0), 5.0, (0.0,), None),  # 25 of chi^2 are too few
+        ((3.0, 4.0), 5.01, (0.0,), -6.0 / 5.01),
+        ((0.0, 4.0), 10.0, (0.0,), 0.0),
+    ],
+)
+def test_what_a_remainder_imitates(
+    rest: tuple[float, float], slope: float, points: tuple[float, ...], off: float | None, monkeypatch: Any
+) -> None:
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.rounded_imitation", lambda found: found)
+    found: Any = imitation([drives(rest, slope)], [asked_for(points)])
+    if off is None:
+        assert found == {}
+    else:
+        places = 1 if len(points) == 1 else 2  # the first and the middle one
+        assert found["brake_gain.g"] == pytest.approx([off] * places, rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.parametrize(("how", "known"), [(True, False), (False, True)])
+def test_a_key_that_only_says_how_imitates_nothing_alone(how: bool, known: bool, monkeypatch: Any) -> None:
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: how)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.rounded_imitation", lambda found: found)
+    two = asked_for((0.0,))
+    idle = SimpleNamespace(name="other", key=None, to_unit=float, value=float, slope=lambda u: 1.0)
+    two.coordinates, two.points = (*two.coordinates, idle), [{"brake_gain.g": 0.0, "other": 0.0}]
+    found: Any = imitation([drives((3.0, 4.0), 10.0)], [two])
+    assert list(found) == (["brake_gain.g"] if known else [])
