@@ -294,6 +294,14 @@ def test_both_bounds_may_be_equal(tmp_path: Path) -> None:
     assert check_gates(file) == ()
 
 
+def test_one_mistake_is_told_alone(tmp_path: Path) -> None:
+    file = tmp_path / "gates.toml"
+    file.write_text(GOOD.replace("max = 2\n", "max = nan\n"))
+    with pytest.raises(GateError) as caught:
+        read_gates(file)
+    assert str(caught.value) == f"{file}:7: error dvp.gates.bound gate[1].max: max must be a finite number; found 'nan'"
+
+
 def test_all_mistakes_are_told_and_counted(tmp_path: Path) -> None:
     file = tmp_path / "gates.toml"
     file.write_text(GOOD.replace("max = 2\n", "max = nan\n").replace("min = -1.5", "min = nan"))

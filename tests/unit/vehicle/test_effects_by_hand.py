@@ -419,6 +419,16 @@ def test_forces_of_tyres_go_on_from_the_last_step() -> None:
     assert x.fy_rear == pytest.approx(500.0 - 200.0 * (1.0 - LEFT))
 
 
+def test_forces_of_tyres_over_two_constants_of_the_way() -> None:
+    """0.2 m with a length of 0.1 m: of 200 N that are missing, (1 - e^-2)/2 come in the mean of the step."""
+    last = {"begun": 1.0, "front": 800.0, "rear": 500.0}
+    x, m = relaxed(0.1, last)
+    share = (1.0 - LEFT**2) / 2.0
+    assert (m.gone, m.follow) == pytest.approx((2.0 * share, 1.0 - share))
+    assert x.fy_front == pytest.approx(1000.0 - 200.0 * share)
+    assert x.tangent_front == pytest.approx(1e5 * share)  # 1 - 2 (1 - share)/2
+
+
 @pytest.mark.parametrize(("vx", "front", "rear"), [(2.0, 200.0, 100.0), (1.5, 137.5, 80.0), (1.0, 50.0, 40.0)])
 def test_a_slow_car_has_the_forces_of_its_path(vx: float, front: float, rear: float) -> None:
     """m v r/L = 40 N/m times the speed: 50 N at the front and 40 N at the rear at 1 m/s; 0.02 s take half of the way
