@@ -264,7 +264,7 @@ def test_four_logs_are_drawn_with_the_model_as_given_and_with_all_that_was_found
 
 def test_the_input_of_a_page_of_a_diagnosis(asked: list[Any]) -> None:
     typed = Typed("cars/car.toml", options=["--map", "m.toml"], mapping=[{"signal": "v"}])
-    page = diagnosis_page.diagnosis_page(FOUND, {"a": None}, None, held_out={"b": None}, typed=typed)  # type: ignore[arg-type, dict-item]
+    page = diagnosis_page.diagnosis_page(FOUND, {"a": None}, None, held_out={"b": None}, typed=typed)
     assert page["headline"].startswith("car.toml lacks drive_gain (or mass or mine: these data cannot tell)")
     assert (page["model"], page["logs"], page["held_out"], page["changed"]) == ("car.toml", ["a"], ["b"], True)
     assert page["mapping"] == [{"signal": "v"}]

@@ -238,7 +238,7 @@ def test_without_other_data_nothing_is_vetoed() -> None:
 def zero_of_the_day(first: float, rest: float) -> Fold:
     """A run whose gyro is off by so much in its beginning and in the rest of it."""
     does = shows(GYRO, 2000.0, 0.02)
-    setup = RunSetup(World(does, hidden={GYRO: first}), coordinates("gyro_bias"), frozenset({"gyro_bias"}))  # type: ignore[arg-type]
+    setup = RunSetup(World(does, hidden={GYRO: first}), coordinates("gyro_bias"), frozenset({"gyro_bias"}))
     return Fold(None, World(does, hidden={GYRO: rest}), setup)  # type: ignore[arg-type]
 
 
@@ -291,7 +291,7 @@ def test_how_much_an_effect_may_lose(
 ) -> None:
     monkeypatch.setattr(veto, "is_far_beyond", lambda search, final, name: far)
     search: Any = SimpleNamespace(target=SimpleNamespace(excused=excused))
-    assert allowed_loss(search, SimpleNamespace(), "mass", level, fitted) == pytest.approx(loss)  # type: ignore[arg-type]
+    assert allowed_loss(search, SimpleNamespace(), "mass", level, fitted) == pytest.approx(loss)
 
 
 @pytest.mark.parametrize(

@@ -197,7 +197,7 @@ def test_nothing_to_judge_is_one_verdict_that_says_so() -> None:
 
 def test_pairs_of_stages_are_told_once_and_in_order() -> None:
     pairs = [("pe", "rw"), None, ("dt", "rw"), ("pe", "rw")]
-    assert judging.pairs_of([Gate("max_jerk", between=pair) for pair in pairs]) == [("pe", "rw"), ("dt", "rw")]  # type: ignore[arg-type]
+    assert judging.pairs_of([Gate("max_jerk", between=pair) for pair in pairs]) == [("pe", "rw"), ("dt", "rw")]
 
 
 # --- a gate file

@@ -326,7 +326,7 @@ def test_the_worst_of_several_courses_keeps_its_moment_and_its_road_user() -> No
     never = Course("c", np.array([0.0]), np.array([NAN]))
     found = worst_of([never, a, b], "none", greatest=True)
     assert (found.value, found.t, found.object) == (5.0, 2.0, "b")
-    assert (found.series.t.tolist(), found.series.value.tolist()) == ([0.0, 1.0, 2.0, 3.0], [3.0, 2.0, 5.0, 1.0])  # type: ignore[union-attr]
+    assert (found.series.t.tolist(), found.series.value.tolist()) == ([0.0, 1.0, 2.0, 3.0], [3.0, 2.0, 5.0, 1.0])
     found = worst_of([never, a, b], "none", greatest=False)
     assert (found.value, found.t, found.object) == (1.0, 2.0, "a")
     assert found.series.value.tolist() == [3.0, 2.0, 1.0, 1.0]  # type: ignore[union-attr]
