@@ -63,7 +63,7 @@ compiled-gap: $(STAMP)
 
 # pytest rewrites the asserts of each test file and keeps what it wrote: 20 s that three workers would each spend.
 collected: $(STAMP)
-	$(BIN)/python -m pytest -qq --collect-only tests scenarios > /dev/null
+	$(BIN)/python -m pytest -qq --collect-only tests scenarios > /dev/null || true  # `unit` tells what is wrong
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
