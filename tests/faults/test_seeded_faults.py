@@ -48,7 +48,6 @@ def test_a_fault_that_is_said_to_be_missed_is(fault: Fault) -> None:
 
 
 @pytest.mark.parametrize("first", range(0, CLEAN_SEEDS, CHUNK))
-@pytest.mark.nightly
 def test_no_false_alarm(first: int) -> None:
     alarms = {}
     for seed in range(first, min(first + CHUNK, CLEAN_SEEDS)):

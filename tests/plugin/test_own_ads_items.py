@@ -136,7 +136,6 @@ class Stack:
 """
 
 
-@pytest.mark.nightly
 def test_a_session_sets_the_stacks_own_parameters_and_others_do_not_get_them(own: pytest.Pytester) -> None:
     (own.path / "my_stack.py").write_text(TUNABLE)
     own.makepyfile(

@@ -136,7 +136,6 @@ def test_what_cannot_be_driven_leaves_it_inconclusive_and_says_why(stages: pytes
     result.stdout.fnmatch_lines(["*INCONCLUSIVE: rw-surrogate ERROR: a real vehicle is required*"])
 
 
-@pytest.mark.nightly
 def test_a_session_leaves_nothing_behind(
     stages: pytest.Pytester, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

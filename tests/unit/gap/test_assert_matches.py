@@ -94,7 +94,6 @@ def test_log_with_a_mapping(tmp_path: Path) -> None:
     assert_matches(tmp_path / "drive.csv", baseline(), rmse={"v": 0.04}, map=tmp_path / "map.toml", channels=["v"])
 
 
-@pytest.mark.nightly
 def test_table_in_memory_is_taken_in_si() -> None:
     assert_matches(drive().to_frame(), baseline(), rmse={"v": 0.04}, lag=0.02)
 

@@ -87,7 +87,6 @@ def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> N
     assert price(answer(1100.0, 2), 1000, 1) < price(answer(1400.0, 1), 1000, 0)
 
 
-@pytest.mark.nightly
 def test_what_the_command_gate_did_is_not_the_cars() -> None:
     """The car got commands that the gate had made weaker; the car itself does as it is told."""
     log = drive(drive_gain=0.85, seed=3)

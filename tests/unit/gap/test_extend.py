@@ -92,7 +92,6 @@ def test_error_that_is_left_is_not_called_noise() -> None:
     assert not found.explained
 
 
-@pytest.mark.nightly
 def test_rival_that_explains_the_logs_fitted_on_but_not_the_others_is_no_end() -> None:
     """A steering that lags by 0.1 s looks like one that is 0.1 s late, until it is moved faster than in town."""
     hidden: Effects = {"steer_lag": {"tau": 0.1}}

@@ -127,7 +127,6 @@ def test_detections_of_the_twin_itself_are_no_gap(model: VehicleModel) -> None:
     assert named(diagnose_perception(own, model, twin=with_detections({}))) == {"detection_range"}
 
 
-@pytest.mark.nightly
 def test_each_run_is_compared_with_the_twin_in_its_scenario(model: VehicleModel) -> None:
     late = with_detections({"detection_latency": {"T": 0.2}})
     runs = [

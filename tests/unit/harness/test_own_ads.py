@@ -66,7 +66,6 @@ def test_the_example_of_the_docs_drives(scenario: Write, capsys: pytest.CaptureF
     assert json.loads(Path(result["folder"], "result.json").read_text())["ads"] == "my_stack.py:Stack"
 
 
-@pytest.mark.nightly
 def test_an_entry_point_is_found_by_its_name(scenario: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     offer(tmp_path, monkeypatch, f"{__name__}:Straight")
     result = run(scenario(), ads="mine")

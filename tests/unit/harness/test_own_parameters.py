@@ -51,7 +51,6 @@ class Silent(Keeper):
     parameters: Mapping[str, float] = {}
 
 
-@pytest.mark.nightly
 def test_set_reaches_the_stack_the_log_and_the_replay(scenario: Write, tmp_path: Path, monkeypatch, capsys) -> None:
     scenario()
     (tmp_path / "pytest.ini").write_text("[pytest]\n")

@@ -147,7 +147,6 @@ def test_the_ledger_tells_what_broke_where_and_that_the_stages_drive_apart(tmp_p
     assert "of it most by max_jerk 16.7 -> 0" in "\n".join(second["changes"])  # |20 - 50| / 1.8, the term's scale
 
 
-@pytest.mark.nightly
 def test_killed_between_two_iterations_it_ends_the_same(tmp_path: Path, world: World) -> None:
     whole = iterated(tmp_path)
     again = iterated(tmp_path)
