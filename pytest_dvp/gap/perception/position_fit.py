@@ -34,6 +34,7 @@ class Positions:
         ])  # fmt: skip
         block = (f.t[frame] // BLOCK).astype(np.int64) * 1000 + thing
         self.blocks: IntArray = np.unique(np.concatenate([block, block]), return_inverse=True)[1].astype(np.int64)
+        things = np.unique(np.concatenate([thing, thing]), return_inverse=True)[1].astype(np.int64)
         self.far = p.distance[frame, thing]
         distance = np.concatenate([self.far, self.far])
         self.e, self.x = e, x
@@ -46,9 +47,10 @@ class Positions:
             a = (x * weight[:, None]).T @ x + np.diag(np.where(told, 1e-9, 1e12))
             self.step = np.linalg.solve(a, (x * weight[:, None]).T @ e)
         rest = e - x @ self.step
-        self.spread = np.where(told, _clustered(np.linalg.inv(a), x * (weight * rest)[:, None], self.blocks), inf)
+        bread, scores = np.linalg.inv(a), x * (weight * rest)[:, None]
+        self.spread = np.where(told, _clustered(bread, scores, self.blocks, things), inf)
         self.rest = rest
-        self.noise, self.noise_spread = _noise(rest, distance, self.blocks)
+        self.noise, self.noise_spread = _noise(rest, distance, self.blocks, things)
         self.level = np.maximum(self.noise[0] + self.noise[1] * distance, _FINEST)
 
     def loss(self, place: FloatArray, without: tuple[int, ...]) -> float:
@@ -71,17 +73,23 @@ class Positions:
         return max(float(np.sum(fine - 0.5 * (self.rest / self.level) ** 2 - np.log(self.level))), 0.0)
 
 
-def _clustered(bread: FloatArray, scores: FloatArray, blocks: IntArray) -> FloatArray:
-    """Standard deviations with errors that depend on each other within blocks (Liang and Zeger 1986)."""
-    sums = np.zeros((int(blocks.max()) + 1, scores.shape[1]))
-    np.add.at(sums, blocks, scores)
-    m = len(sums)
-    spread = bread @ (sums.T @ sums) @ bread * (m / max(m - 1, 1))
-    plain = bread @ (scores.T @ scores) @ bread
-    return np.asarray(np.sqrt(np.maximum(np.diag(spread), np.diag(plain))))
+def _clustered(bread: FloatArray, scores: FloatArray, *groupings: IntArray) -> FloatArray:
+    """Standard deviations with errors that depend on each other within groups (Liang and Zeger 1986), the largest of
+    several ways to group the rows.
+
+    By time one object errs anew with each block; by object what is made of its shape stays wrong as long as it is seen.
+    With the first alone, two of six drives in which nothing was hidden showed an offset of 0.06 m.
+    """
+    widest = np.diag(bread @ (scores.T @ scores) @ bread)
+    for groups in groupings:
+        sums = np.zeros((int(groups.max()) + 1, scores.shape[1]))
+        np.add.at(sums, groups, scores)
+        m = len(sums)
+        widest = np.maximum(widest, np.diag(bread @ (sums.T @ sums) @ bread) * (m / max(m - 1, 1)))
+    return np.asarray(np.sqrt(widest))
 
 
-def _noise(rest: FloatArray, distance: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
+def _noise(rest: FloatArray, distance: FloatArray, *groupings: IntArray) -> tuple[FloatArray, FloatArray]:
     """sigma0 and slope of sigma = sigma0 + slope distance by Fisher scoring, and their standard deviations."""
     z = np.column_stack([np.ones(len(rest)), distance])
     scale = np.array([1.0, 1.0 / max(float(distance.mean()), 1.0)])
@@ -105,5 +113,5 @@ def _noise(rest: FloatArray, distance: FloatArray, blocks: IntArray) -> tuple[Fl
         if done:
             break
     bread: FloatArray = np.linalg.pinv(information).astype(np.float64)
-    spread = _clustered(bread, each, blocks)
+    spread = _clustered(bread, each, *groupings)
     return theta * scale, spread * scale

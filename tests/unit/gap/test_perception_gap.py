@@ -11,6 +11,7 @@ import pytest
 
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perception, diagnose_perceptions, perceived_in
+from pytest_dvp.gap.perception.position_fit import _clustered
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack, no_detections
 from tests.truth.effects import Effects
@@ -245,3 +246,12 @@ def test_with_few_independent_blocks_intervals_are_students(model: VehicleModel)
     _, low, high = short.values["detection_offset", "x"]
     assert high - low > 2 * 4.3 * 0.3 / np.sqrt(own.sum())
     assert low < 0.0 < high
+
+
+def test_what_stays_wrong_of_an_object_widens_as_much_as_few_objects_do() -> None:
+    """Four objects, each wrong by half a metre in ten rows: a mean known to 0.5 / sqrt(4 - 1), not to 0.5 / sqrt(39)."""
+    wrong = np.repeat([0.5, -0.5, 0.5, -0.5], 10)[:, None]
+    rows, objects = np.arange(40), np.repeat(np.arange(4), 10)
+    bread = np.array([[1.0 / 40.0]])
+    assert _clustered(bread, wrong, rows) == pytest.approx(0.5 / np.sqrt(39.0))
+    assert _clustered(bread, wrong, rows, objects) == pytest.approx(0.5 / np.sqrt(3.0))
