@@ -249,7 +249,7 @@ def test_with_few_independent_blocks_intervals_are_students(model: VehicleModel)
 
 
 def test_what_stays_wrong_of_an_object_widens_as_much_as_few_objects_do() -> None:
-    """Four objects, each wrong by half a metre in ten rows: a mean known to 0.5 / sqrt(4 - 1), not to 0.5 / sqrt(39)."""
+    """Four objects, each wrong by half a metre in ten rows: a mean known to 0.5 / sqrt(3), not to 0.5 / sqrt(39)."""
     wrong = np.repeat([0.5, -0.5, 0.5, -0.5], 10)[:, None]
     rows, objects = np.arange(40), np.repeat(np.arange(4), 10)
     bread = np.array([[1.0 / 40.0]])
