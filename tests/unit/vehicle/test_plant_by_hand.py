@@ -167,7 +167,18 @@ def test_a_row_comes_each_ten_steps(count: int, left: int) -> None:
     assert car.until_row == left
 
 
-def test_effects_that_do_nothing_are_left_out_unless_they_are_to_be_kept() -> None:
+def test_effects_that_do_nothing_are_left_out_unless_they_are_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    def layout(effects: Any) -> Any:
+        names = [effect.name for effect in effects]
+        return SimpleNamespace(names=names, starts=(), memory_size=3, parameters=lambda given: given)
+
+    monkeypatch.setattr(module, "Layout", layout)
+    monkeypatch.setattr(module, "body_kind", lambda model, switching: switching.names)
     idle = MODEL.with_effect("steer_ratio", {"g": 1.0}).with_effect("drive_gain", {"g": 0.9})
-    assert [e.name for e in Plant(idle)._layout.effects] == ["drive_gain"]
-    assert {e.name for e in Plant(idle, keep_neutral=True)._layout.effects} == {"steer_ratio", "drive_gain"}
+    car: Any = Plant(idle)
+    assert car._layout.names == car._kind == ["drive_gain"]
+    assert car._parameters == {"drive_gain": {"g": 0.9}}
+    assert car._memory.tolist() == [0.0, 0.0, 0.0]
+    kept: Any = Plant(idle, keep_neutral=True)
+    assert kept._layout.names == ["steer_ratio", "drive_gain"]
+    assert kept._kind == ["drive_gain"]  # what does nothing needs no tyres
