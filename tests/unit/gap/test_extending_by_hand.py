@@ -1,0 +1,456 @@
+"""The course of `extend` and `diagnose` with every part given: what is asked of whom, and what is told."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose import diagnose as diagnose_module
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.search import Search, SearchResult
+from pytest_dvp.gap.diagnose.standing import _imitated
+from pytest_dvp.gap.extend import extend as extend_module
+from pytest_dvp.gap.extend.acceptance import Acceptance
+from pytest_dvp.gap.extend.extend import _chosen, _extended, _ladder, _wanted, extend
+from pytest_dvp.gap.extend.extension import Rung
+from tests.unit.gap.linear_world import BRAKE, DRIVE, World, a_search, a_trial
+from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.errors import ModelError
+from vehicle.model.model_file import parse_model
+
+MODEL = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\nmass = 1200.0\n")
+HAS = MODEL.with_effect("drive_gain", {"g": 0.9}).with_effect("detection_yaw", {"b": 0.1})
+
+
+def one(value: float, unit: str = "-") -> Estimate:
+    return Estimate(value, value - 0.1, value + 0.1, unit)
+
+
+# --- what is meant
+
+
+def test_each_effect_is_meant_once_and_must_be_known_and_suit_the_model() -> None:
+    assert [e.name for e in _wanted(MODEL, ["mass", "drive_gain", "mass"], ())] == ["mass", "drive_gain"]
+    mine = dataclasses.replace(find_effect("drive_gain"), name="my_gain")
+    assert _wanted(MODEL, ["my_gain"], [mine]) == [mine]
+    with pytest.raises(ModelError, match="did you mean 'mass'"):
+        _wanted(MODEL, ["mas"], ())
+    assert _wanted(MODEL, [], ()) == []
+
+
+def test_what_needs_other_inputs_cannot_be_fitted() -> None:
+    target: Any = SimpleNamespace(channels=("v",))
+    found = _chosen(MODEL, [find_effect("drive_gain"), find_effect("steer_delay")], target)
+    assert [c.name for c in found] == ["drive_gain", "steer_delay"]
+    speed = dataclasses.replace(find_effect("drive_gain"), base=())
+    with pytest.raises(ModelError) as refused:
+        _chosen(MODEL, [speed], target)
+    assert refused.value.key == "drive_gain"
+    assert "cannot be fitted to this model: it needs other inputs than accel_cmd and steer_cmd" in str(refused.value)
+
+
+# --- the ladder
+
+
+def test_a_ladder_goes_from_the_model_as_given_to_the_final_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[tuple[tuple[str, ...], dict[Any, float], str | None]] = []
+
+    def step(search: Any, trial: Any, judges: Any, added: str | None = None) -> Any:
+        told.append((trial.names, dict(search.fixed), added))
+        return trial.names
+
+    monkeypatch.setattr(extend_module, "step", step)
+    monkeypatch.setattr(Search, "trial", lambda self, names, start, **more: SimpleNamespace(names=tuple(names)))
+    search = a_search(World({}), "steer_ratio", "brake_gain", "steer_offset")
+    search.fixed = {DRIVE: 1.0, BRAKE: 1.0}
+    final: Any = SimpleNamespace(names=("steer_ratio", "brake_gain", "steer_offset"), values={})
+    rungs = list(_ladder(search, final, 1, ["drive_gain", "brake_gain"], (), {"brake_gain"}))
+    assert [rung.change for rung in rungs] == [
+        "", "- drive_gain", "- brake_gain", "~ fitted again", "~ brake_gain", "+ steer_offset",
+    ]  # fmt: skip
+    both = {DRIVE: 1.0, BRAKE: 1.0}
+    assert told == [
+        ((), {}, None), ((), {DRIVE: 1.0}, "drive_gain"), ((), both, "brake_gain"), (("steer_ratio",), both, None),
+        (("steer_ratio", "brake_gain"), both, "brake_gain"), (final.names, both, "steer_offset"),
+    ]  # fmt: skip
+    short = list(_ladder(search, dataclasses.replace(a_trial(1.0), names=("steer_ratio",)), 0, [], (), set()))
+    assert [rung.change for rung in short] == ["", "+ steer_ratio"]
+    search.nuisance = (None,)  # type: ignore[assignment]
+    again = list(_ladder(search, dataclasses.replace(a_trial(1.0), names=()), 0, [], (), set()))
+    assert [rung.change for rung in again] == ["", "~ fitted again"]
+
+
+# --- the new model
+
+
+def test_the_new_model_has_what_was_fitted_with_its_intervals_and_lacks_what_was_removed() -> None:
+    two = HAS.with_effect("steer_offset", {"offset": 0.01})
+    final: Any = SimpleNamespace(values={("parameters", "ay_x"): 0.31234, DRIVE: 0.8})
+    sure = {DRIVE: one(0.8), ("inputs", "steer_scale"): one(0.45), ("mass", "ratio"): one(1.1),
+            ("detection_latency", "T"): one(0.2, "s")}  # fmt: skip
+    added = [find_effect("mass"), find_effect("steer_lag"), find_effect("detection_latency")]
+    found = _extended(two, final, sure, ["steer_offset"], added, ("a.csv",))
+    assert [a.name for a in found.effects] == ["drive_gain", "detection_yaw", "mass", "detection_latency"]
+    gain, yaw, mass, _ = found.effects
+    assert (gain.values["g"], mass.values["ratio"]) == (0.8, 1.1)
+    assert (gain.intervals["g"].low, gain.intervals["g"].high) == pytest.approx((0.7, 0.9))
+    assert (gain.fitted_on, yaw.fitted_on, mass.fitted_on) == (("a.csv",), (), ("a.csv",))
+    assert yaw.values == {"b": 0.1}
+    assert found.inputs.steer_scale == 0.45
+    assert found.car.ay_x == pytest.approx(0.31234, rel=1e-3)
+    assert found.car.mass == 1200.0
+
+
+def test_keys_that_were_not_fitted_stay_as_they_were() -> None:
+    fading = MODEL.with_effect("brake_fade", {"k": 0.01, "tau": 90.0})
+    final: Any = SimpleNamespace(values={})
+    (found,) = _extended(fading, final, {("brake_fade", "k"): one(0.02)}, [], [], ()).effects
+    assert (found.values["k"], found.values["tau"]) == (0.02, 90.0)
+
+
+# --- the course of an extension
+
+
+class Course:
+    """Every part of `extend`, given; notes what it was asked."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, *, wrong: Any = (), chi2: Any = (4.0, 1.0),
+                 held: Any = (4.0, 1.0), channels: Any = None) -> None:  # fmt: skip
+        self.asked: dict[str, Any] = {}
+        self.ticks: list[str] = []
+        self.wrong = set(wrong)
+        target: Any = SimpleNamespace(by_channel=lambda values: channels or {"v": 1.0}, channels=("v",),
+                                      noise=lambda: {"v": 0.1}, count=100)  # fmt: skip
+        self.search: Any = SimpleNamespace(start={("inputs", "a"): 1.0}, target=target, nuisance=())
+        self.final: Any = SimpleNamespace(names=(), values={}, fit=SimpleNamespace(coordinates=()))
+        rungs = tuple(
+            Rung("", Step("" if k == 0 else "mass", c, {}, {}, h))
+            for k, (c, h) in enumerate(zip(chi2, held, strict=True))
+        )
+        for name, value in {
+            "experiment_set": lambda logs, model, extra: target,
+            "_search": self._search, "_fitted": self._fitted, "folds": lambda *asked: ("judge",),
+            "_ladder": self._ladder(rungs),
+            "estimates": lambda final, search: {DRIVE: one(0.8), ("mass", "ratio"): one(1.1)},
+            "judge_addition": self._judged("add"), "judge_removal": self._removed,
+            "judge_perception": self._perception, "_extended": self._note("extended", "model"),
+            "_with_remainder": lambda extended, *more: extended, "worse_together": lambda steps: ["worse"],
+        }.items():  # fmt: skip
+            monkeypatch.setattr(extend_module, name, value)
+
+    def _search(self, target: Any, model: Any, tried: Any, lost: Any) -> Any:
+        self.asked["search"] = ([c.name for c in tried], list(lost))
+        return self.search
+
+    def _fitted(self, search: Any, begin: Any, kept: Any, chosen: Any) -> Any:
+        self.asked["fitted"] = (dict(begin), list(kept), [c.name for c in chosen])
+        return self.final
+
+    def _ladder(self, rungs: Any) -> Any:
+        def ladder(search: Any, final: Any, kept: int, lost: Any, judges: Any, present: Any) -> Any:
+            self.asked["ladder"] = (kept, list(lost), judges, set(present))
+            return iter(rungs)
+
+        return ladder
+
+    def _judged(self, action: Any) -> Any:
+        def judge(search: Any, final: Any, candidate: Any, judges: Any, model: Any, sure: Any) -> Acceptance:
+            return self._said(candidate.name, action)
+
+        return judge
+
+    def _said(self, name: str, action: Any, **parameters: Any) -> Acceptance:
+        effect = NamedEffect(name, parameters, action=action, gain=0.3)
+        return Acceptance(effect, f"{name} is wrong" if name in self.wrong else "", f"{name} noted")
+
+    def _removed(self, search: Any, final: Any, name: str, model: Any, judges: Any) -> Acceptance:
+        return self._said(name, "remove", g=one(1.0))
+
+    def _perception(self, model: Any, logs: Any, held_out: Any, seen: Any, blind: Any, twins: Any) -> Any:
+        self.asked["perception"] = ([e.name for e in seen], list(blind), twins)
+        return [self._said(e.name, "add", T=one(0.2, "s")) for e in seen] + [self._said(n, "remove") for n in blind]
+
+    def _note(self, name: str, answer: Any) -> Any:
+        def note(*asked: Any) -> Any:
+            self.asked[name] = asked
+            return answer
+
+        return note
+
+    def run(self, model: Any = HAS, **more: Any) -> Any:
+        return extend({"a": None}, model, tick=self.ticks.append, **more)  # type: ignore[dict-item]
+
+
+def test_what_moves_is_fitted_and_what_is_seen_is_told_by_detections(monkeypatch: pytest.MonkeyPatch) -> None:
+    course = Course(monkeypatch)
+    found = course.run(add=["mass", "detection_latency"], remove=["drive_gain", "detection_yaw"], fitted_on=["a.csv"],
+                       start={("mass", "ratio"): 1.2}, twins={"s": None})  # fmt: skip
+    assert course.ticks == ["preparing", "fitting", "held-out data"]
+    assert course.asked["search"] == (["mass"], ["drive_gain"])
+    begin, kept, chosen = course.asked["fitted"]
+    assert begin == {("inputs", "a"): 1.0, DRIVE: 0.9, ("detection_yaw", "b"): 0.1, ("mass", "ratio"): 1.2}
+    assert (kept, chosen) == ([], ["mass"])
+    assert course.asked["ladder"] == (0, ["drive_gain"], ("judge",), {"drive_gain", "detection_yaw"})
+    assert course.asked["perception"] == (["detection_latency"], ["detection_yaw"], {"s": None})
+    assert [(e.name, e.action) for e in found.effects] == [
+        ("mass", "add"), ("drive_gain", "remove"), ("detection_latency", "add"), ("detection_yaw", "remove"),
+    ]  # fmt: skip
+    assert [e.gain for e in found.effects] == [1.0, 0.3, 0.3, 0.3]  # of the ladder, or as it was told
+    _, _, sure, removed, added, fitted_on = course.asked["extended"]
+    assert set(sure) == {DRIVE, ("mass", "ratio"), ("detection_latency", "T")}
+    assert sure[DRIVE].value == 0.8  # what is removed has no value of its own
+    assert (list(removed), [e.name for e in added], fitted_on) == (
+        ["drive_gain", "detection_yaw"], ["mass", "detection_latency"], ("a.csv",),
+    )  # fmt: skip
+    assert set(found.refitted) == {DRIVE}
+    assert found.notes == tuple(f"{e.name} noted" for e in found.effects)
+    assert (found.model, found.noise_floor, found.refusal, found.explained) == ("model", {"v": 0.1}, "", True)
+
+
+@pytest.mark.parametrize(
+    ("add", "remove", "kept"),
+    [(["mass"], [], ["drive_gain"]), (["drive_gain"], [], []), (["mass"], ["drive_gain"], [])],
+)
+def test_all_others_are_fitted_again_where_that_is_asked_for(
+    add: Any, remove: Any, kept: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = Course(monkeypatch)
+    course.run(MODEL.with_effect("drive_gain", {"g": 0.9}), add=add, remove=remove, refit=True)
+    assert course.asked["search"] == ([*kept, *add], remove)
+    assert course.asked["fitted"][1] == kept
+    assert course.asked["ladder"][0] == len(kept)
+
+
+@pytest.mark.parametrize(
+    ("more", "wrong", "refusal"),
+    [
+        ({"add": ["mass"]}, (), ""),
+        ({"add": ["mass"], "held_out": {"b": None}}, (), "worse"),
+        ({"add": [], "held_out": {"b": None}}, (), ""),
+        ({"add": ["mass"], "refit": True}, (), "worse"),
+        ({"add": ["mass"], "refit": True, "held_out": {"b": None}}, ("mass",), "mass is wrong"),
+        ({"add": ["mass"], "remove": ["drive_gain"]}, ("mass", "drive_gain"), "mass is wrong; drive_gain is wrong"),
+    ],
+)
+def test_why_a_model_is_refused(more: Any, wrong: Any, refusal: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All together are judged where nothing is wrong by itself, and where something was fitted again or held out."""
+    assert Course(monkeypatch, wrong=wrong).run(**more).refusal == refusal
+
+
+@pytest.mark.parametrize(
+    ("chi2", "held", "channels", "explained"),
+    [
+        ((4.0, 1.3), (4.0, 1.3), {"v": 1.5}, True),
+        ((4.0, 1.31), (4.0, 1.0), {"v": 1.5}, False),
+        ((4.0, 1.0), (4.0, 1.31), {"v": 1.5}, False),
+        ((4.0, 1.0), (4.0, None), {"v": 1.5}, True),
+        ((4.0, 1.0), (4.0, 1.0), {"v": 1.51}, False),
+    ],
+)
+def test_all_is_explained_where_noise_is_left_on_both_data_and_in_each_channel(
+    chi2: Any, held: Any, channels: Any, explained: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = Course(monkeypatch, chi2=chi2, held=held, channels=channels)
+    assert course.run(add=["mass"]).explained is explained
+
+
+# --- what a remainder imitates
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "given", "excused", "doubt"),
+    [
+        ("drive_gain", {"g": (0.9, 1.1)}, {}, True, True),
+        ("drive_gain", {"g": (0.9, 1.0)}, {}, True, True),  # its end
+        ("drive_gain", {"g": (0.9, 0.99)}, {}, True, False),
+        ("drive_gain", {"g": (1.01, 1.1)}, {}, True, False),
+        ("drive_gain", {"g": (0.9, 1.1)}, {}, False, False),
+        ("drive_gain", {"g": (0.7, 0.8)}, {"g": 0.75}, True, True),  # what the twin has already
+        ("drive_gain", {"g": (0.9, 1.1)}, {"g": 0.75}, True, False),
+        ("body_roll", {"gain": (-0.1, 0.1), "frequency": (1.0, 2.0)}, {}, True, True),  # how does not count
+        ("body_roll", {"gain": (0.1, 0.2), "frequency": (0.0, 99.0)}, {}, True, False),
+        ("steer_lag", {"tau": (-0.1, 0.1)}, {}, True, True),  # a lag only says how: that counts
+        ("steer_lag", {"tau": (0.1, 0.2)}, {}, True, False),
+    ],
+)
+def test_a_remainder_imitates_what_is_not_clear_of_what_the_twin_has(
+    name: str, parameters: Any, given: Any, excused: bool, doubt: bool
+) -> None:
+    shown = {key: Estimate(0.5 * (low + high), low, high, "-") for key, (low, high) in parameters.items()}
+    said = ["the twin's known remainder imitates as much"]
+    assert _imitated(NamedEffect(name, shown), find_effect(name), given, excused) == (said if doubt else [])
+
+
+# --- a search rises without what comes late
+
+
+@pytest.mark.parametrize("better", [False, True])
+def test_a_set_rises_first_without_what_comes_late_and_then_with_it(
+    better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = a_search(World({}), "drive_gain")
+    seen: list[tuple[str, bool, tuple[str, ...]]] = []
+
+    def grown(self: Any, now: Any, turns: Any, barred: Any = ()) -> Any:
+        seen.append(("grown", self._late, now.names))
+        return dataclasses.replace(now, names=(*now.names, f"g{len(seen)}"))
+
+    def trial(self: Any, names: Any, start: Any, **more: Any) -> Any:
+        seen.append(("trial", self._late, tuple(names)))
+        return SimpleTrial(tuple(names))
+
+    monkeypatch.setattr(Search, "grown", grown)
+    monkeypatch.setattr(Search, "trial", trial)
+    monkeypatch.setattr(Search, "_whole_actuator", lambda self, now: SimpleTrial((*now.names, "w")) if better else now)
+    found = search._risen(SimpleTrial(()), [])  # type: ignore[arg-type]
+    course = [("grown", False, ()), ("trial", True, ("g1",)), ("grown", True, ("g1",))]
+    if better:
+        course.append(("grown", True, ("g1", "g3", "w")))
+    assert seen == course
+    assert found.names == (("g1", "g3", "w", "g4") if better else ("g1", "g3"))
+
+
+@dataclasses.dataclass
+class SimpleTrial:
+    names: tuple[str, ...]
+    values: Any = dataclasses.field(default_factory=dict)
+    chi2: float = 0.0
+
+
+# --- the course of a diagnosis
+
+
+class Diagnosing:
+    """Every part of `diagnose`, given. trials: names and chi^2 of the ladder, from nothing on; 100 samples."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, trials: Any, *, excused: bool = False, misfit: bool = False,
+                 removed: Any = (), given: Any = (), judged: bool = False, hidden: Any = ()) -> None:  # fmt: skip
+        self.ticks: list[str] = []
+        self.logs: list[Any] = []
+        self.settled: list[Any] = []
+        made = [SimpleTrial(names, {}, chi2) for names, chi2 in trials]
+        self.final = made[-1]
+        self.search: Any = SimpleNamespace(count=100, misfit=lambda trial: misfit)
+        target: Any = SimpleNamespace(channels=("v",), excused=excused, settle=self.settled.append, count=100,
+                                      independent=50.0, slides=lambda: (0.1, 0.2),
+                                      noise=lambda: {"v": 0.1})  # fmt: skip
+        names = self.final.names
+        found = SearchResult(self.final, dict.fromkeys(names, ("near",)), hidden)  # type: ignore[arg-type]
+        steps = [Step("", level, {}, {}) for level in given]
+
+        def experiments(logs: Any, model: Any, extra: Any) -> Any:
+            self.logs.append(list(logs))
+            return target
+
+        def told(search: Any, trial: Any, judges: Any, added: str) -> Step:
+            return Step(added, trial.chi2 / 100.0, {}, {})
+
+        for name, value in {
+            "experiment_set": experiments,
+            "searched": lambda space, model: (self.search, found, dict.fromkeys(removed, 1.0), ("other",)),
+            "folds": lambda *asked: (),
+            "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, ()),
+            "_misfit": lambda judges: judged,
+            "rivals_over_segments": lambda *asked: dict.fromkeys(names, ("far", "near")),
+            "changing_instead": lambda *asked: {}, "_measured": lambda search, final, model: (final, {}),
+            "_ladder": lambda search, final: made, "_given": lambda search, gone, judges: steps, "step": told,
+            "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,
+            "Dependences": lambda *asked: SimpleNamespace(of=lambda name: None), "opinions": lambda *asked: {},
+            "is_evident_apart": lambda *asked: True, "implausible_scales": lambda scales: [],
+            "with_standing": lambda named, *more: tuple(named), "diagnose_perceptions": lambda *asked: (),
+            "signature": lambda *asked: {"reading": "r"}, "votes": lambda *asked: {},
+        }.items():  # fmt: skip
+            monkeypatch.setattr(diagnose_module, name, value)
+
+    def run(self, model: Any = MODEL, **more: Any) -> Any:
+        return diagnose_module.diagnose({"a": None}, model, tick=self.ticks.append, **more)  # type: ignore[dict-item]
+
+
+LADDER = [((), 500.0), (("mass",), 200.0), (("mass", "steer_ratio"), 100.0)]
+
+
+def test_each_effect_gains_its_share_of_what_is_beyond_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 400 beyond the noise 300 and 100."""
+    course = Diagnosing(monkeypatch, LADDER)
+    found = course.run(MODEL.with_effect("steer_ratio", {"g": 1.1}))
+    assert [(e.name, e.action, e.gain, e.rivals, e.held_out_gain) for e in found.effects] == [
+        ("mass", "add", 0.75, ("near",), 0.7), ("steer_ratio", "change", 0.25, ("near",), None),
+    ]  # fmt: skip
+    assert [step.added for step in found.ladder] == ["", "mass", "steer_ratio"]
+    assert (found.verdict, found.vetoed, found.noise_floor, found.signature) == (
+        "AMBIGUOUS", ("out",), {"v": 0.1}, {},
+    )  # fmt: skip
+    assert (found.samples.count, found.samples.independent, found.samples.slides, found.samples.left_out) == (
+        100, 50.0, 0.1, 0.2,
+    )  # fmt: skip
+    assert course.ticks == ["preparing", "held-out data", "ladder", "standing"]
+    assert course.settled == []
+
+
+def test_a_share_is_within_nothing_and_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = Diagnosing(monkeypatch, [((), 300.0), (("mass",), 50.0), (("mass", "steer_ratio"), 60.0)]).run()
+    assert [e.gain for e in found.effects] == [1.0, 0.0]
+    little = Diagnosing(monkeypatch, [((), 90.0), (("mass",), 80.0)]).run()
+    assert [e.gain for e in little.effects] == [1.0]  # of no excess it is all
+
+
+@pytest.mark.parametrize(
+    ("excused", "misfit", "asked"), [(False, False, False), (True, False, True), (False, True, True)]
+)
+def test_rivals_over_segments_are_asked_for_where_more_than_noise_is_left(
+    excused: bool, misfit: bool, asked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = Diagnosing(monkeypatch, LADDER, excused=excused, misfit=misfit)
+    found = course.run()
+    assert found.effects[0].rivals == (("near", "far") if asked else ("near",))
+    assert ("rivals over segments" in course.ticks) is asked
+    assert len(course.settled) == asked
+    assert found.verdict == ("PARTIAL" if misfit else "AMBIGUOUS")
+    assert bool(found.signature) is misfit
+
+
+def test_what_the_car_lacks_gains_what_its_own_step_takes_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 6 to 5 to 3 of chi^2/N, of the 5 beyond the noise: 1/5 and 2/5; the effect after them 2/5."""
+    removed = (("drive_gain", "g"), ("brake_gain", "g"))
+    course = Diagnosing(monkeypatch, [((), 300.0), (("mass",), 100.0)], removed=removed, given=(6.0, 5.0))
+    found = course.run()
+    gains = {e.name: (e.action, round(e.gain, 9)) for e in found.effects}
+    assert gains == {"mass": ("add", 0.4), "drive_gain": ("remove", 0.2), "brake_gain": ("remove", 0.4)}
+    assert [step.added for step in found.ladder] == ["", "", "brake_gain", "mass"]
+    assert all(e.rivals == ("other",) for e in found.effects if e.action == "remove")
+
+
+@pytest.mark.parametrize(
+    ("excused", "misfit", "judged", "names", "held", "again"),
+    [
+        (True, False, True, (), True, True),
+        (False, False, True, (), True, False),
+        (True, True, True, (), True, False),
+        (True, False, False, (), True, False),
+        (True, False, True, ("mass",), True, False),
+        (True, False, True, (), False, False),
+    ],
+)
+def test_what_only_held_out_data_show_is_looked_for_in_all_logs_together(
+    excused: bool, misfit: bool, judged: bool, names: Any, held: bool, again: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trials = [((), 100.0), (names, 90.0)] if names else [((), 100.0)]
+    course = Diagnosing(monkeypatch, trials, excused=excused, misfit=misfit, judged=judged)
+    course.run(held_out={"b": None} if held else None)
+    assert course.logs == ([["a"], ["a", "b"]] if again else [["a"]])
+    assert ("only the held-out data show an error: all logs together" in course.ticks) is again
+
+
+def test_what_would_not_have_shown_is_told_unless_the_model_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    course = Diagnosing(monkeypatch, LADDER[:2], hidden=("aero_drag", "mass"))
+    assert course.run().not_excited == ("aero_drag",)  # what was found was shown
+    model: Any = dataclasses.replace(MODEL, inputs=dataclasses.replace(MODEL.inputs, longitudinal=("speed_cmd",)))
+    assert model.drives_nothing
+    assert course.run(model).not_excited == ()
+    many = Diagnosing(monkeypatch, LADDER[:1], hidden=tuple(f"e{k}" for k in range(200)))
+    assert many.run().verdict == "NOT_EXCITED"
+    assert np.isclose(Diagnosing(monkeypatch, LADDER[:1]).run().ladder[0].chi2_per_n, 5.0)
