@@ -269,7 +269,7 @@ def test_a_command_holds_until_the_next_and_the_first_one_from_the_beginning() -
 def test_rows_count_in_which_the_commands_of_a_model_were_logged(inputs: Any, rows: list[list[int]]) -> None:
     """Of a model that says nothing of its inputs all commands count."""
     log = a_log(steer_cmd=[0.1, NAN, 0.3], accel_cmd=[1.0, 1.0, 1.0], wheel_cmd=[NAN, 1.0, NAN], v=[NAN, 1.0, 1.0])
-    found = rows_with_commands(log, SimpleNamespace(inputs=inputs))  # type: ignore[arg-type]
+    found = rows_with_commands(log, SimpleNamespace(inputs=inputs))
     assert [np.flatnonzero(mask).tolist() for mask in found] == rows
 
 

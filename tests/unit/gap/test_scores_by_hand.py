@@ -12,7 +12,6 @@ import pytest
 from pytest_dvp.gap.compare import compare as module
 from pytest_dvp.gap.compare.coloured_noise import Whitening
 from pytest_dvp.gap.compare.compare import (
-    CompareError,
     _blocks,
     _check_finite,
     _lag,
@@ -23,10 +22,11 @@ from pytest_dvp.gap.compare.compare import (
     judged_channels,
     noise_floor,
 )
-from pytest_dvp.gap.compare.compared_model import LogSubject, ModelSubject
+from pytest_dvp.gap.compare.compared_model import CompareError, LogSubject, ModelSubject
 from pytest_dvp.gap.compare.error_location import Where, _places, _segments, _top, locate
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.model_file import parse_model
 
 NAN = math.nan
@@ -135,7 +135,7 @@ def test_blocks_are_means_and_what_is_left_at_the_end_is_cut_off(n: int, block: 
 
 
 def scored(rest: Any, measured: Any, *, step: float = 0.05) -> Any:
-    t = step * np.arange(len(measured))
+    t: FloatArray = step * np.arange(float(len(measured)))
     return _score(measured, measured - rest, rest, 2.5, t, t, "m/s")
 
 
@@ -180,7 +180,7 @@ def test_no_channel_is_quieter_than_the_best_sensor(monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize(("known", "size", "told"), [(200, 1.0, True), (16, 1.0, False), (17, 9.0, True)])
 def test_a_lag_is_told_by_signals_of_more_than_sixteen_samples(known: int, size: float, told: bool) -> None:
-    t = 0.05 * np.arange(200)
+    t: FloatArray = 0.05 * np.arange(200.0)
     real = size * np.exp(-(((t - 0.45) / 0.15) ** 2))
     twin = size * np.exp(-(((t - 0.35) / 0.15) ** 2))
     twin[known:] = NAN

@@ -103,7 +103,7 @@ def some_matches(*row: int) -> Matches:
     n = len(row)
     truth = np.zeros((n, 5))
     truth[:, 0], truth[:, 1] = 100.0 + np.arange(n), 200.0
-    return Matches(0.5 * np.arange(n)[::-1], tuple("abcd"[:n]), np.array(row, dtype=int), truth,
+    return Matches(0.5 * np.arange(float(n))[::-1], tuple("abcd"[:n]), np.array(row, dtype=int), truth,
                    np.zeros(0, dtype=int))  # fmt: skip
 
 

@@ -92,7 +92,7 @@ def test_who_closes_in_along_a_trajectory(h: float, kind: str, apart: float, rat
         return Place(17.0, 9.0, 0.0, 0.0)
 
     own = {"longitudinal": 10.0, "lateral": 2.0}[kind] * (1.0 if h == 0.0 else -1.0)
-    found = _closing(board, a, there, kind, "trajectory")(apart)  # type: ignore[arg-type]
+    found = _closing(board, a, there, kind, "trajectory")(apart)
     assert found == pytest.approx(math.copysign(1.0, apart) * own)
 
 

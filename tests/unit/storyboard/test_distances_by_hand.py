@@ -188,7 +188,7 @@ def test_straight_at_each_other_the_speed_along_the_line_counts(board: Storyboar
     def there() -> Place:
         return Place(103.0, 2.25, 0.0, 0.0)
 
-    assert _closing(board, a, there, "euclidianDistance", None)(5.0) == pytest.approx(10.0 * 3.0 / 5.0)  # type: ignore[arg-type]
+    assert _closing(board, a, there, "euclidianDistance", None)(5.0) == pytest.approx(10.0 * 3.0 / 5.0)
     assert _closing(board, a, there, "longitudinal", "road")(3.0) == pytest.approx(10.0)
     assert _closing(board, a, lambda: Place(a.x, a.y, 0.0, 0.0), "euclidianDistance", None)(0.0) == 0.0
 

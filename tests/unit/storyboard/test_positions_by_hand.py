@@ -296,8 +296,9 @@ def test_what_is_not_given_of_a_place_is_the_road_s(given: Any, located: Any, to
      ((None, 0.0, None, None), (0.0, 0.0, 0.0, 0.0, True))],
 )  # fmt: skip
 def test_without_roads_what_is_not_given_is_nought(given: Any, told: Any) -> None:
-    where = on_ground(SimpleNamespace(network=None), 10.0, 20.0, *given)  # type: ignore[arg-type]
-    assert where == Place(10.0, 20.0, *told[:4], None, told[4])
+    board: Any = SimpleNamespace(network=None)
+    z, h, pitch, roll, has_heading = told
+    assert on_ground(board, 10.0, 20.0, *given) == Place(10.0, 20.0, z, h, pitch, roll, None, has_heading)
 
 
 @pytest.mark.parametrize(

@@ -266,11 +266,11 @@ def test_a_gap_is_from_the_front_to_the_rear_of_the_next(street: Storyboard) -> 
     """40 m between the reference points, less 4 m ahead of A and 1 m behind B."""
     a, b, c = (street.entities[name] for name in "ABC")
     lanes = queues(street.entities.values(), street.ground)
-    assert ahead(a, lanes, street.ground) == (pytest.approx(35.0), 6.0)
+    assert ahead(a, lanes, street.ground) == pytest.approx((35.0, 6.0))
     assert ahead(b, lanes, street.ground) == (math.inf, 0.0)
     assert ahead(c, lanes, street.ground) == (math.inf, 0.0)
     b.sense = -1.0  # it comes the other way: its front is 4 m nearer
-    assert ahead(a, lanes, street.ground) == (pytest.approx(32.0), -6.0)
+    assert ahead(a, lanes, street.ground) == pytest.approx((32.0, -6.0))
 
 
 @pytest.mark.parametrize(

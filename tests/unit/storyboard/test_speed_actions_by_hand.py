@@ -21,15 +21,15 @@ def dynamics(shape: Any, dimension: Any, value: float) -> model.TransitionDynami
 
 
 def to(target: float, shape: str = "linear", dimension: str = "time", value: float = 2.0, *, speed: float = 0.0,
-       **able: float) -> tuple[Speed, Any]:  # fmt: skip
+       **able: Any) -> tuple[Speed, Any]:  # fmt: skip
     """An action of a car that can do 3 m/s^2 up, 6 down and 50 m/s, unless something else is said."""
     entity = driving(speed, **able)
     element = model.SpeedAction(speed_action_dynamics=dynamics(shape, dimension, value),
                                 speed_action_target=model.AbsoluteTargetSpeed(value=target))  # fmt: skip
-    return Speed(element, entity, SimpleNamespace(entities={})), entity  # type: ignore[arg-type]
+    return Speed(element, entity, SimpleNamespace(entities={})), entity
 
 
-def driving(speed: float, name: str = "A", **able: float) -> Any:
+def driving(speed: float, name: str = "A", **able: Any) -> Any:
     entity = car(name)
     entity.speed = entity.speed_before = speed
     for key, value in able.items():
@@ -46,7 +46,7 @@ def after(
                                        continuous=continuous)  # fmt: skip
     element = model.SpeedAction(
         speed_action_dynamics=dynamics(shape, dimension, value), speed_action_target=target)  # fmt: skip
-    return Speed(element, entity, SimpleNamespace(entities={"A": entity, "B": other})), entity  # type: ignore[arg-type]
+    return Speed(element, entity, SimpleNamespace(entities={"A": entity, "B": other})), entity
 
 
 @pytest.mark.parametrize(
@@ -279,7 +279,8 @@ def test_what_is_done_or_never_will_be_only_has_another_target(dimension: str, v
 def test_what_is_asked_of_an_external_one(shape: str, dimension: str, value: float, duration: float) -> None:
     action, entity = to(16.0, shape, dimension, value, speed=10.0)
     kind, values, lasts = action.ask()
-    assert (kind, lasts) == ("speed", pytest.approx(duration))
+    assert kind == "speed"
+    assert lasts == pytest.approx(duration)
     assert values == {"target": 16.0, "shape": shape, "duration": pytest.approx(duration)}
     assert entity.set_speed == 16.0
     assert entity.speed == 10.0

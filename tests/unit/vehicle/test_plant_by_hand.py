@@ -122,7 +122,7 @@ class Kernel:
     def __call__(self, *given: Any) -> int:
         *_, commands, hold, every, measured, trace = given
         self.asked.append((commands.copy(), hold, every, measured, len(trace)))
-        rows = len(commands) * hold // every
+        rows: int = len(commands) * hold // every
         for k in range(rows):
             trace[k] = k
         return rows
