@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.held_out import (
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_evident_apart
+from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_beyond_remainder
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
@@ -114,7 +114,7 @@ def diagnose(
         held_out=gains,
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
         dependence={name: one for name in final.names if (one := changes.of(name)) is not None},
-        evident=[name for name in final.names if target.excused and is_evident_apart(search, final, name, judges)],
+        evident=[name for name in final.names if target.excused and is_beyond_remainder(search, final, name, judges)],
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, list(logs.values()), evidence, known)

@@ -139,6 +139,12 @@ def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[F
     return bool(apart) and all(is_evident(search, trial, name, data) for data in (search.target, *apart))
 
 
+def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
+    """True if an effect is more than what a twin is known not to explain: all data show it, or those fitted on so
+    clearly that others need not. A drive in town says nothing of the power that a motor has at most."""
+    return is_evident_apart(search, trial, name, judges) or is_far_beyond(search, trial, name)
+
+
 def changing_instead(search: Search, final: Trial) -> dict[str, tuple[str, ...]]:
     """Effects that change while driving and that a constant one which they refine does not clearly beat, by its name.
 

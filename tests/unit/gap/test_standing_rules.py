@@ -17,6 +17,7 @@ from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.quiet_effects import (
     changing_instead,
+    is_beyond_remainder,
     is_evident,
     is_evident_apart,
     is_far_beyond,
@@ -224,7 +225,12 @@ def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, f
     """5 times 4.3 times 0.0047 is 0.101. Of an effect that no drive was asked for nothing is known."""
     world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
     world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
-    assert is_far_beyond(a_search(world, "drive_gain"), ALONE, "drive_gain") is far
+    search = a_search(world, "drive_gain")
+    assert is_far_beyond(search, ALONE, "drive_gain") is far
+    quiet_town = (Fold(None, World({DRIVE: direction(0)}, {DRIVE: 0.9})),)  # type: ignore[arg-type]
+    assert is_beyond_remainder(search, ALONE, "drive_gain", quiet_town) is far
+    telling = (Fold(None, world),)  # type: ignore[arg-type]
+    assert is_beyond_remainder(search, ALONE, "drive_gain", telling) is True  # both data show it
 
 
 def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> None:
