@@ -35,5 +35,6 @@ def frame_log(frame: pd.DataFrame, name: str = "DataFrame") -> Log:
             allowed = "seconds" if signal.name == "t" else f"numbers [{signal.unit}]"
             raise LogError(f"{name}: column {label} holds no numbers (found {values.dtype}, allowed: {allowed})")
         unit = header.unit if header.unit is not None else signal.unit if signal is not None else "-"
-        columns.append(RawColumn(Header(header.text, header.name, unit), np.asarray(values, dtype=np.float64)))
+        # A copy: pandas lends arrays that cannot be written, for which numba would compile everything once more
+        columns.append(RawColumn(Header(header.text, header.name, unit), np.array(values, dtype=np.float64)))
     return build_log(Table(name, "frame", columns))

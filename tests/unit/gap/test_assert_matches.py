@@ -10,6 +10,7 @@ from gap_logs import baseline, drive
 
 from pytest_dvp import assert_matches
 from pytest_dvp.gap.compare.match_bounds import BoundCheck
+from pytest_dvp.gap.diagnosis_switch import diagnosis
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
@@ -30,7 +31,7 @@ def test_right_model_matches() -> None:
 
 
 def test_failure_names_bound_value_and_place() -> None:
-    with pytest.raises(AssertionError) as caught:
+    with diagnosis(False), pytest.raises(AssertionError) as caught:
         assert_matches(drive(brake_gain=0.8), baseline(), rmse={"v": 0.05, "yaw_rate": 0.1})
     first, second = str(caught.value).splitlines()[:2]
     assert first == "car does not match the log: 1 of 2 bounds is broken"
@@ -46,12 +47,12 @@ def test_lag_is_bounded_for_every_signal_that_tells_it() -> None:
 
 
 def test_mncc_is_bounded_from_below() -> None:
-    with pytest.raises(AssertionError, match=r"mncc of yaw_rate 0\.\d+ < 0\.9999"):
+    with diagnosis(False), pytest.raises(AssertionError, match=r"mncc of yaw_rate 0\.\d+ < 0\.9999"):
         assert_matches(drive(), baseline(), mncc={"yaw_rate": 0.9999})
 
 
 def test_gain_of_one_signal() -> None:
-    with pytest.raises(AssertionError, match="gain of ax"):
+    with diagnosis(False), pytest.raises(AssertionError, match="gain of ax"):
         assert_matches(drive(drive_gain=0.8, brake_gain=0.8), baseline(), gain={"ax": 0.1})
 
 
