@@ -12,7 +12,7 @@ from gap_logs import baseline, drive
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.assert_matches import assert_matches
 from pytest_dvp.gap.compare.compare import compare
-from pytest_dvp.gap.diagnosis_switch import diagnosis, diagnosis_wanted
+from pytest_dvp.gap.diagnosis_switch import diagnosis_wanted
 from pytest_dvp.gap.words.comparison_page import page_of
 from pytest_dvp.logs.log import Log
 from pytest_dvp.verdicts.gate_explanation import gate_explanation
@@ -113,7 +113,7 @@ def test_gate_without_a_number_is_not_diagnosed(tmp_path: Path, value: float | N
 
 
 def test_bound_below_the_noise_is_called_so() -> None:
-    with diagnosis(False), pytest.raises(AssertionError, match="tighter than the noise"):
+    with pytest.raises(AssertionError, match="tighter than the noise"):
         assert_matches(drive(30.0), baseline(), rmse={"v": 1e-4, "steer": 0.1})
 
 
