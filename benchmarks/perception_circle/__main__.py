@@ -37,8 +37,8 @@ def main() -> int:
 
     done = []
     with tempfile.TemporaryDirectory() as folder:
-        twin = given.model or learn_motion(path("models/surrogate.toml"), Path(folder) / "motion")
-        model = read_model(twin)
+        sheet = path("models/surrogate.toml")
+        model = read_model(given.model) if given.model else learn_motion(sheet, Path(folder) / "motion")
         scenario = write_street(Path(folder) / "street", given.seconds)
         for name in given.effect or ["nothing", *HIDDEN]:
             begin = time.monotonic()
