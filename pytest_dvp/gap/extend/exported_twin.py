@@ -8,10 +8,10 @@ from __future__ import annotations
 import base64
 import hashlib
 import io
+import sys
 import textwrap
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import machine_code
 import vehicle
@@ -156,18 +156,27 @@ def python_text(model: VehicleModel, *, slave: str = "") -> str:
 
 
 def write_fmu(model: VehicleModel, path: Path) -> None:
-    """Write the FMU 2 of a model. Raises ModelError as `python_text`, ImportError without PythonFMU."""
-    import importlib
+    """Write the FMU 2 of a model. Raises ModelError as `python_text`, ImportError without PythonFMU, RuntimeError if it
+    cannot build.
+
+    In a process of its own: an FMU of PythonFMU that has run in this one has brought a copy of that package, which
+    cannot build another.
+    """
+    import subprocess
     import tempfile
 
     from reports.whole_file import write_whole
 
-    builder: Any = importlib.import_module("pythonfmu.builder")
     with tempfile.TemporaryDirectory() as folder:
         script = Path(folder) / "twin.py"
         script.write_text(python_text(model, slave="ExportedTwin"), encoding="utf-8")
-        built = builder.FmuBuilder.build_FMU(script, dest=folder)
-        write_whole(path, Path(built).read_bytes())
+        command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", folder]
+        ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if "No module named pythonfmu" in ended.stderr:
+            raise ImportError("PythonFMU is not installed")
+        if ended.returncode:
+            raise RuntimeError(f"PythonFMU could not build: {ended.stderr.strip()}")
+        write_whole(path, (Path(folder) / "ExportedTwin.fmu").read_bytes())
 
 
 def _sources() -> bytes:
