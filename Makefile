@@ -31,7 +31,7 @@ demo-campaign: $(STAMP)
 
 # The surrogate drives with an effect hidden in it (edit $(GAP)/hidden.toml and run again). A twin from its data sheet
 # lacks that, and all else that no maker prints; from the logs alone it learns what, and the error on the drive that
-# nothing was fitted on falls. Whatever the diagnosis names is added, also what is provisional. Two minutes of CPU.
+# nothing was fitted on falls. Whatever the diagnosis names is added, also what is provisional. Two to three minutes of CPU.
 demo-gap: $(STAMP) $(GAP)/hidden.toml
 	$(BIN)/python -m vehicle.surrogate --drive urban --seed 2 --hidden $(GAP)/hidden.toml --out $(GAP)/urban.csv
 	$(BIN)/python -m vehicle.surrogate --drive rich --seed 1 --hidden $(GAP)/hidden.toml --out $(GAP)/rich.csv
