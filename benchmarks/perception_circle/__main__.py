@@ -33,12 +33,16 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="page in which the table is replaced")
     given = parser.parse_args()
     from scenarios import path
+    from vehicle.model.errors import ModelError
     from vehicle.model.model_file import read_model
 
     done = []
     with tempfile.TemporaryDirectory() as folder:
         sheet = path("models/surrogate.toml")
-        model = read_model(given.model) if given.model else learn_motion(sheet, Path(folder) / "motion")
+        try:
+            model = read_model(given.model) if given.model else learn_motion(sheet, Path(folder) / "motion")
+        except ModelError as error:
+            parser.error(f"--model: {error}")
         scenario = write_street(Path(folder) / "street", given.seconds)
         for name in given.effect or ["nothing", *HIDDEN]:
             begin = time.monotonic()
