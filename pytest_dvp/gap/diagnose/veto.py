@@ -10,7 +10,7 @@ from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart, is_far_beyond, is_imitated, quiet
+from pytest_dvp.gap.diagnose.quiet_effects import is_beyond_remainder, is_far_beyond, is_imitated, quiet
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -98,7 +98,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             if search.target.excused
             and (fitted[n] < LITTLE or is_imitated(search, final, n))
             and gains.get(n, fitted[n]) < fragment
-            and not (is_evident_apart(search, final, n, judges) or is_far_beyond(search, final, n))
+            and not is_beyond_remainder(search, final, n, judges)
         ]
         worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
         sure = not idle and not fragments

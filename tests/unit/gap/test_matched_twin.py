@@ -72,7 +72,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (veto, held_out):
         monkeypatch.setattr(module, "fold_excites", lambda *_: True)
         monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
-    monkeypatch.setattr(veto, "is_evident_apart", lambda *_: False)
+    monkeypatch.setattr(veto, "is_beyond_remainder", lambda *_: False)
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
     monkeypatch.setattr(veto, "is_far_beyond", lambda *_: False)
     monkeypatch.setattr(veto, "quiet", lambda *_: None)
@@ -112,7 +112,8 @@ def test_what_is_far_beyond_the_remainder_may_lose_a_little_where_it_hardly_acts
     monkeypatch: pytest.MonkeyPatch, held: float, kept: bool
 ) -> None:
     """A steering that sticks after a standstill: seen in one drive, absent in the other; a loss of 5 % is let pass."""
-    monkeypatch.setattr(veto, "is_far_beyond", lambda search, trial, name: name == "steer_sticking")
+    for rule in ("is_far_beyond", "is_beyond_remainder"):
+        monkeypatch.setattr(veto, rule, lambda search, trial, name, *_: name == "steer_sticking")
     assert judged(Found({"steer_sticking": 1.0}, {"steer_sticking": held})) == (("steer_sticking",) if kept else ())
     assert judged(Found({"steer_sticking": 0.3}, {"steer_sticking": 0.0})) == ("steer_sticking",)
     assert judged(Found({"roll": 1.0}, {"roll": held})) == ()
