@@ -61,7 +61,7 @@ compiled-gap: $(STAMP)
 	$(BIN)/python -m vehicle.surrogate --drive urban --out runs/compiled.csv
 	$(BIN)/dvp diagnose runs/compiled.csv --model tests/truth/surrogate_inside.toml
 
-# pytest rewrites the asserts of each test file and keeps what it wrote: 20 s that three workers would each spend.
+# pytest rewrites the asserts of each test file and keeps what it wrote: 20 s that each worker would spend.
 collected: $(STAMP)
 	$(BIN)/python -m pytest -qq --collect-only tests scenarios > /dev/null || true  # `unit` tells what is wrong
 
@@ -75,10 +75,10 @@ types: $(STAMP)
 contract: $(STAMP)
 	$(BIN)/lint-imports
 
-# A file stays with one worker: what its tests share, such as a drive or a process, is then made once. Three workers on
-# two cores: a fifth of the time is waiting for processes that start, hang or are given up. Each simulates in one thread.
+# A file stays with one worker: what its tests share, such as a drive or a process, is then made once. Two workers
+# on two cores: a third would save some waiting, and cost a tenth more of CPU. Each simulates in one thread.
 unit: $(STAMP)
-	NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder tests scenarios
+	NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder tests scenarios
 
 # Builds sdist and wheel into dist/, and tries the wheel in an empty environment from an empty folder. Minutes, most of
 # them to install and to compile, so it is no part of `make test`, which only compares the lists of files.

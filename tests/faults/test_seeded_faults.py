@@ -34,6 +34,7 @@ def test_what_is_spoilt_exists(fault: Fault) -> None:
 
 
 @pytest.mark.parametrize("fault", [f for f in FAULTS if not f.missed], ids=lambda fault: fault.name)
+@pytest.mark.nightly(by_day=3)
 def test_the_gate_named_for_it_sees_the_fault(fault: Fault) -> None:
     with seeded(fault):
         verdicts = failed(fault.scenario, SEED)

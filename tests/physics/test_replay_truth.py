@@ -151,7 +151,7 @@ def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> N
         ("drive_lag", "jerk_limit"),
     ],
 )
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_two_effects_act_on_each_other_as_in_the_truth(names: tuple[str, str]) -> None:
     effects = {name: typical(name) for name in names}
     log = make_log(effects, "rich", 3, "none")

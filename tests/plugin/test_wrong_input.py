@@ -104,6 +104,7 @@ def test_dvp_run_says_one_line_and_leaves_nothing(
 
 
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.nightly(by_day=3)
 def test_pytest_says_it_too_and_leaves_nothing(
     name: str, written: Callable[[str], Wrong], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,7 +54,7 @@ def wrong_share(folder: Path, shape: Shape, refined: bool, count: int = 60) -> f
 
 
 @pytest.mark.parametrize("shape", [disc, two_corners, cliff])
-@pytest.mark.nightly(by_day=3)
+@pytest.mark.nightly
 def test_refined_drives_tell_the_boundary_better_than_as_many_even_ones(tmp_path: Path, shape: Shape) -> None:
     refined = wrong_share(tmp_path / "refined", shape, True)
     even = wrong_share(tmp_path / "even", shape, False)

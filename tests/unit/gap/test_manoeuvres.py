@@ -60,7 +60,7 @@ def within(drive: Drive, envelope: Envelope) -> None:
 
 
 @pytest.mark.parametrize("manoeuvre", MANOEUVRES, ids=lambda m: m.name)
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_a_manoeuvre_keeps_within_the_limits(manoeuvre: Manoeuvre) -> None:
     for envelope in (Envelope(), TIGHT):
         drive = perform(manoeuvre, MODEL, {}, envelope)

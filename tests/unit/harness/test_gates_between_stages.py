@@ -84,7 +84,7 @@ def test_the_twin_that_learnt_passes(measured: Log, tmp_path: Path) -> None:
         ("heading", ["twin_error"]),
     ],
 )
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_a_wrong_twin_fails_by_the_gates_that_see_what_is_wrong(
     measured: Log, tmp_path: Path, twin: str, shown_by: list[str]
 ) -> None:

@@ -129,7 +129,7 @@ def test_a_misspelt_file_of_an_option_is_told_with_the_nearest(
 
 
 @pytest.mark.parametrize("name", INI)
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_the_ini_file_counts_for_a_run_and_the_banner_says_so(
     name: str, below: Callable[[str], Path], here: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,

@@ -188,6 +188,7 @@ def test_what_a_stack_does_wrong_reads_the_same_in_both(scenario: Write, name: s
         ("Asks", "EOFError: EOF when reading a line"),
     ],
 )
+@pytest.mark.nightly(by_day=2)
 def test_what_no_interruption_reaches_is_ended_and_the_next_run_has_a_new_process(
     scenario: Write, name: str, says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

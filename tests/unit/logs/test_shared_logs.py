@@ -56,7 +56,7 @@ REAL = (
 
 
 @pytest.mark.parametrize("name", REAL)
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_a_spoilt_column_of_a_real_car_is_found(shared_dir: Path, name: str) -> None:
     columns = dict(read_log(shared_dir / "measurements" / f"{name}.csv").columns)
     spoilt = {

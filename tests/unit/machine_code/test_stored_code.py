@@ -161,6 +161,7 @@ def test_older_folders_go_unless_another_process_is_there(package: Path) -> None
     assert folders(package)
 
 
+@pytest.mark.nightly
 def test_two_processes_that_begin_at_once(package: Path) -> None:
     both = [start(package) for _ in range(2)]
     for process in both:

@@ -24,7 +24,7 @@ def mapped(tmp_path: Path, file: RawFile, seed: int = 7) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-@pytest.mark.nightly(by_day=2)
+@pytest.mark.nightly(by_day=4)
 def test_units_signs_and_frames_come_out_right(tmp_path: Path, file: RawFile) -> None:
     log = read_log(*mapped(tmp_path, file)[:1], mapping=tmp_path / "map.toml")
     true = truth()

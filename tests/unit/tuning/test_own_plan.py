@@ -117,6 +117,7 @@ def test_performance_is_what_the_plan_says(folder: Path) -> None:
         ("[iterate]", "[iterate]\nlast_seeds = [5]", r"plan.toml:2: last_seeds is \[5\], expected two at least"),
     ],
 )
+@pytest.mark.nightly(by_day=3)
 def test_a_slip_is_one_line_with_its_place(folder: Path, old: str, new: str, says: str) -> None:
     with pytest.raises(TuneError, match=says) as refused:
         planned(folder, old, new)
