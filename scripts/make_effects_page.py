@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from vehicle.model.bus import bus_table
+from vehicle.model.car import CAR_DECLARATIONS
 from vehicle.model.command_inputs import INPUT_KEYS
 from vehicle.model.effect import SLOTS, Effect
 from vehicle.model.effect_catalogue import catalogue
@@ -129,6 +130,12 @@ any slot (a field that a later slot sets holds the value of the last step) and m
 computes: command, slots command and actuator, forces, tyres, slot body, slot road, integration, slot sensor.
 """
 
+PARAMETERS = """
+## Parameters of the car
+
+These keys may stand in `[parameters]`. Only `wheelbase` must; a data sheet gives some of the others.
+"""
+
 CATALOGUE = """
 ## Catalogue
 
@@ -149,6 +156,15 @@ def _row(effect: Effect) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
+def _parameters() -> list[str]:
+    rows = []
+    for d in CAR_DECLARATIONS:
+        meaning, _, default = d.meaning.partition("; default ")
+        default = default or ("must be given" if d.default is None else f"{d.default:g} {d.unit}")
+        rows.append(f"| `{d.name}` | {d.low:g} to {d.high:g} {d.unit} | {default} | {meaning} |")
+    return rows
+
+
 def _fields() -> list[str]:
     out = []
     for title, fields in bus_table().items():
@@ -161,6 +177,7 @@ def page() -> str:
     """The whole page."""
     out = [HEAD + "| key | range | where nothing is declared | meaning |", "|---|---|---|---|"]
     out += [f"| `{k.name}` | {k.low:g} to {k.high:g} {k.unit} | {k.neutral:g} | {k.meaning} |" for k in INPUT_KEYS]
+    out += [PARAMETERS, "| key | range | where it is not given | meaning |", "|---|---|---|---|", *_parameters()]
     out += [OWN + FIELDS, *_fields(), CATALOGUE]
     for slot in SLOTS:
         chosen = [e for e in catalogue().values() if e.slot == slot]

@@ -131,9 +131,7 @@ def draw(name: str, rng: np.random.Generator) -> dict[str, float]:
     if keys is None:  # of no library
         factor = float(rng.uniform(*OUTSIDE_SCALE))
         first, *others = KNOWN[name]
-        return {first: KNOWN[name][first][1] * (1.0 if name == "steer_resonance" else factor)} | {
-            key: KNOWN[name][key][1] for key in others
-        }
+        return {first: KNOWN[name][first][1] * factor} | {key: KNOWN[name][key][1] for key in others}
     values = {}
     for key, (low, high) in keys.items():
         if low > 0.0 and high > 8.0 * low:

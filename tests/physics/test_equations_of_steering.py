@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from plain_effects import Applied, applied, bus
+from scipy.integrate import solve_ivp
 
 from vehicle.model.effects.steer_angle_limit import steer_angle_limit
 from vehicle.model.effects.steer_assist import steer_assist
@@ -16,6 +18,7 @@ from vehicle.model.effects.steer_lag import steer_lag
 from vehicle.model.effects.steer_offset import steer_offset
 from vehicle.model.effects.steer_rate_limit import steer_rate_limit
 from vehicle.model.effects.steer_ratio import steer_ratio
+from vehicle.model.effects.steer_servo import steer_servo
 from vehicle.model.effects.steer_sticking import steer_sticking
 from vehicle.model.effects.steer_stiction import steer_stiction
 
@@ -75,6 +78,43 @@ def test_a_steering_lag_answers_a_step_exponentially() -> None:
     through = Applied(steer_lag)
     x = through(bus(steer=0.2, steer_lead=0.05))
     assert (x.steer, x.steer_lead, through.memory.d, x.steer_glides) == (0.2, 0.05, pytest.approx(0.15), 0.0)
+
+
+def integrated(d: float, rate: float, first: float, last: float, tau: float, damping: float) -> tuple[float, ...]:
+    """Mean, end and its rate of a servo over a step in which its command runs from first to last: by a solver."""
+
+    def change(t: float, y: np.ndarray) -> list[float]:
+        command = first + (last - first) * t / DT
+        return [y[1], (command - y[0] - 2.0 * damping * tau * y[1]) / tau**2, y[0]]
+
+    found = solve_ivp(change, (0.0, DT), [d, rate, 0.0], rtol=1e-10, atol=1e-13).y[:, -1]
+    return float(found[2]) / DT, float(found[0]), float(found[1])
+
+
+@pytest.mark.parametrize("damping", [0.3, 1.0, 1.2])
+def test_a_servo_moves_as_a_damped_inertia_on_a_spring_would(damping: float) -> None:
+    servo, d, rate = Applied(steer_servo, T=0.06, damping=damping), 0.0, 0.0
+    servo(bus(steer=0.0))
+    for first, last in ((0.2, 0.2), (0.2, 0.05), (-0.1, 0.0)):
+        mean, end, its_rate = integrated(d, rate, first, last, 0.06, damping)
+        x = servo(bus(steer=0.5 * (first + last), steer_lead=0.5 * (first - last)))
+        assert x.steer == pytest.approx(mean, abs=1e-8)
+        assert ends(x)[0] == pytest.approx(d)
+        assert (servo.memory.d, servo.memory.rate) == pytest.approx((end, its_rate), abs=1e-7)
+        assert x.steer_glides == 1.0
+        d, rate = end, its_rate
+    through = Applied(steer_servo)
+    x = through(bus(steer=0.2, steer_lead=0.05))
+    assert (x.steer, x.steer_lead, through.memory.d, x.steer_glides) == (0.2, 0.05, pytest.approx(0.15), 0.0)
+
+
+def test_a_long_step_brings_a_servo_to_rest() -> None:
+    """As the steps before a log do, of whatever damping: nothing overflows."""
+    for damping in (0.3, 1.0, 20.0):
+        servo = Applied(steer_servo, T=0.06, damping=damping)
+        servo(bus(steer=0.0))
+        servo(bus(steer=0.3, dt=1000.0))
+        assert (servo.memory.d, servo.memory.rate) == pytest.approx((0.3, 0.0), abs=1e-9)
 
 
 def test_an_angle_changes_no_faster_than_the_limit_of_its_rate() -> None:

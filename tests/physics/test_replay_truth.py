@@ -69,7 +69,7 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
         ),  # tested elsewhere: surrogate, multi-body cars
         *("axle_load_shift", "front_wheel_speed", "wheel_slip"),  # in test_vehicle_slipping_wheels,
         *("parallel_steering", "steered_wheel_forces"),  # with these
-        *("brake_fade", "road_profile", "speed_limit", "steer_assist"),  # in test_kernel_against_truth
+        *("brake_fade", "road_profile", "speed_limit", "steer_assist", "steer_servo"),  # in test_kernel_against_truth
     }
 
 

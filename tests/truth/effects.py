@@ -35,6 +35,7 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
         "rise": (0.0, 0.0, "1/s"),
         "fade": (0.0, 0.0, "m/s"),
         "lag": (0.0, 0.0, "s"),
+        "drive": (1.0, 0.0, "-"),
     },
     "rolling_resistance": {"c": (0.0, 0.2, "m/s^2")},
     "viscous_resistance": {"c": (0.0, 0.05, "1/s")},
@@ -83,6 +84,7 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
         "tau": (60.0, 60.0, "s"),
     },
     "cross_wind": {"amplitude": (0.0, 0.012, "rad"), "period": (7.0, 7.0, "s")},
+    # steer_servo of the catalogue, in another form
     "steer_resonance": {"frequency": (0.0, 1.8, "Hz"), "damping": (0.25, 0.25, "-")},
     "battery_sag": {"drop": (0.0, 0.4, "-"), "energy": (100.0, 100.0, "m^2/s^2")},
     "gear_gap": {"speed": (0.0, 6.0, "m/s"), "duration": (0.0, 0.5, "s")},
@@ -110,7 +112,6 @@ OUTSIDE = (
     "speed_dependent_ratio",
     "brake_fade",
     "cross_wind",
-    "steer_resonance",
     "battery_sag",
     "gear_gap",
     "creep",
@@ -128,7 +129,9 @@ SPEED_MODE = frozenset({"speed_controller", "speed_limit"})
 """Effects of cars that take a speed as command."""
 
 KNOWN = {**PLANT, **SENSORS}
-CATALOGUE: tuple[str, ...] = tuple(name for name in KNOWN if name not in (*OUTSIDE, *REFINED, "speed_limit"))
+CATALOGUE: tuple[str, ...] = tuple(
+    name for name in KNOWN if name not in (*OUTSIDE, *REFINED, "speed_limit", "steer_resonance")
+)
 """What an ordinary search can find, each alone."""
 TYRE_EFFECTS = frozenset(
     {

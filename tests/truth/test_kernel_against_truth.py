@@ -58,7 +58,10 @@ class Misfit:
     default_step: float
 
 
-def misfits(folder: Path, name: str, drive: Drive, effects: Effects | None = None) -> Misfit:
+def misfits(
+    folder: Path, name: str, drive: Drive, effects: Effects | None = None, *, ours: Effects | None = None
+) -> Misfit:
+    """ours: the same effects as the catalogue writes them, where the truth has another form."""
     effects = effects or {name: typical(name)}
     log = make_log(effects, drive, 1, "none")
     _, fine = fine_truth(effects, drive, 1)
@@ -66,7 +69,7 @@ def misfits(folder: Path, name: str, drive: Drive, effects: Effects | None = Non
     starts = np.arange(0, len(log["t"]), SEGMENT)
     true = fine[starts * SUBSTEPS]
     states = np.column_stack([true[:, :4], np.full(len(starts), np.nan), true[:, 4]])
-    with_effect = {(one, key): value for one, values in effects.items() for key, value in values.items()}
+    with_effect = {(one, key): value for one, values in (ours or effects).items() for key, value in values.items()}
     others = {(one, key): value for (one, key), value in with_effect.items() if one != name}
 
     def misfit(values: dict[tuple[str, str], float] | None, step: float | None, noise: str) -> list[float]:
@@ -112,6 +115,17 @@ def test_kernel_reproduces_the_truth_of_what_no_ordinary_search_meets(name: str,
     """All show in both drives, none hides in the noise."""
     for drive in ("rich", "urban"):
         misfit = misfits(folder, name, drive, OTHERS[name])  # type: ignore[arg-type]
+        assert misfit.fine_step < 0.1
+        assert misfit.default_step < 0.1
+        assert misfit.without > 10.0 * max(misfit.fine_step, 0.02)
+
+
+def test_a_steering_that_rings_is_a_servo_of_second_order(folder: Path) -> None:
+    """The truth integrates it with steps of its own, by its frequency."""
+    rings = typical("steer_resonance")
+    servo = {"T": 1.0 / (2.0 * np.pi * rings["frequency"]), "damping": rings["damping"]}
+    for drive in ("rich", "urban"):
+        misfit = misfits(folder, "steer_servo", drive, {"steer_resonance": rings}, ours={"steer_servo": servo})  # type: ignore[arg-type]
         assert misfit.fine_step < 0.1
         assert misfit.default_step < 0.1
         assert misfit.without > 10.0 * max(misfit.fine_step, 0.02)

@@ -29,7 +29,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
+from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, has_usual_values, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -354,9 +354,7 @@ class Search:
                     exchanged = sound[0]
                     break
                 rivals[name] = tuple(
-                    t.names[-1]
-                    for t in trials
-                    if self.cannot_tell_apart(best, t) and self.contained(t.names[-1]) != name
+                    t.names[-1] for t in trials if self.cannot_tell_apart(best, t) and self.is_rival(t, name)
                 )
             if exchanged is None:
                 return best, rivals
@@ -387,6 +385,11 @@ class Search:
             gap < PRACTICAL * worth
             and self.bootstrap_share(other.segment_chi2, best.segment_chi2) < MIN_BOOTSTRAP_SHARE
         )
+
+    def is_rival(self, other: Trial, name: str) -> bool:
+        """False if what is in an effect's place contains it, or is a finer form with a value that nobody meets."""
+        new = other.names[-1]
+        return self.contained(new) != name and (not self.known[new].detail or has_usual_values(other, new))
 
     def contained(self, name: str) -> str:
         """The simpler effect that this one can do exactly, "" if there is none."""

@@ -45,8 +45,8 @@ class Found:
     def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
         return self.others.get(name, [])
 
-    def contained(self, name: str) -> str:
-        return ""
+    def is_rival(self, other: SimpleNamespace, name: str) -> bool:
+        return True
 
     def is_credible(self, trial: Any, name: str) -> bool:
         return True

@@ -157,6 +157,14 @@ def test_what_does_nearly_as_well_on_gentle_town_driving_is_a_rival() -> None:
     assert {name, *found.rivals[name]} == {"steer_delay", "steer_lag"}
 
 
+@pytest.mark.parametrize(("late", "rivals"), [(0.2, ()), (0.1, ("steer_servo",))])
+def test_a_finer_form_is_a_rival_only_with_a_value_that_is_met(late: float, rivals: tuple[str, ...]) -> None:
+    """In town a servo of second order does what a dead time does; for one of 0.2 s it would have to swing at 1.2 Hz."""
+    s = on_truth({"steer_delay": {"T": late}}, "urban", "steer_delay", "steer_servo", seconds=45.0)
+    found = s.run()
+    assert (found.final.names, found.rivals) == (("steer_delay",), {"steer_delay": rivals})
+
+
 def test_only_positive_commands_leave_the_mass_and_the_gain_of_the_drive_equal() -> None:
     log = drive(seed=7, drive_gain=0.8)
     launch = Log({name: values[: 11 * 50] for name, values in log.columns.items()})
