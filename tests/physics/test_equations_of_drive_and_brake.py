@@ -59,7 +59,7 @@ def test_a_pedal_does_nothing_within_its_dead_band(accel: float, left: float) ->
 )  # fmt: skip
 def test_a_released_pedal_brakes_and_the_brakes_do_the_rest(accel: float, braked: float, left: float) -> None:
     """0.6 m/s^2 of the reference mass of 1500 kg, on top of what is there."""
-    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6)
+    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6, drive=0.0)
     assert x.resistance == 50.0 + braked * 900.0
     assert x.accel == pytest.approx(left)
 
@@ -67,8 +67,17 @@ def test_a_released_pedal_brakes_and_the_brakes_do_the_rest(accel: float, braked
 @pytest.mark.parametrize(("accel", "braked"), [(-0.1, 0.6), (-0.5, 0.74), (-3.0, 3.24), (-0.04, 0.64), (0.06, -0.06)])
 def test_a_released_accelerator_may_go_on_braking_beside_the_brake(accel: float, braked: float) -> None:
     """The brakes allow for three fifths of 0.6 m/s^2."""
-    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6, braking=0.4)
+    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6, braking=0.4, drive=0.0)
     assert (x.resistance - 50.0) / 1500.0 - x.accel == pytest.approx(braked)
+
+
+@pytest.mark.parametrize(("drive", "braked"), [(0.0, 0.6), (0.5, 0.35), (1.0, 0.1)])
+def test_the_drive_may_take_off_what_is_more_than_was_asked_for(drive: float, braked: float) -> None:
+    """0.1 m/s^2 are asked for, and the released pedal brakes with 0.6; more than that is left to the brakes."""
+    x = applied(lift_off_braking, bus(accel=-0.1, resistance=50.0), a=0.6, drive=drive)
+    assert (x.resistance - 50.0) / 1500.0 - x.accel == pytest.approx(braked)
+    assert x.accel_lead == pytest.approx(0.0)
+    assert applied(lift_off_braking, bus(accel=-2.0), a=0.6, drive=drive).accel == pytest.approx(-1.4)
 
 
 def test_what_a_pedal_brakes_grows_with_speed_and_fades_before_the_stop() -> None:

@@ -49,7 +49,7 @@ RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
 (LIFT_BRAKES, GEAR, GEAR_V) = (P["lift_off_braking", "braking"], P["gear_inertia", "share"], P["gear_inertia", "v1"])
-(LIFT_RISE, LIFT_FADE, LIFT_LAG) = (P["lift_off_braking", key] for key in ("rise", "fade", "lag"))
+(LIFT_RISE, LIFT_FADE, LIFT_LAG, LIFT_DRIVE) = (P["lift_off_braking", key] for key in ("rise", "fade", "lag", "drive"))
 (VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
 (GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
 (BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
@@ -126,8 +126,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     s[A_LIFT] = follow(old, lifted, p[LIFT_LAG])
     if p[LIFT_LAG] > 0.0:
         lifted = 0.5 * (old + s[A_LIFT])
-    if wish <= -IDLE:  # the brakes do what the motor does not
-        wish = min(wish + (1.0 - p[LIFT_BRAKES]) * lifted, 0.0)
+    if wish <= -IDLE:  # the brakes do what the motor does not, and the motor takes off what it does too much
+        wish += (1.0 - p[LIFT_BRAKES]) * lifted
+        wish *= p[LIFT_DRIVE] if wish > 0.0 else 1.0
     old = s[A_LAG]
     at_once = (1.0 - p[LATE_BRAKES]) * min(wish, 0.0)  # a brake that is apart from the motor
     s[A_LAG] = follow(old, wish - at_once, p[DRIVE_TAU])

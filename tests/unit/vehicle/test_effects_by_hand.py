@@ -171,7 +171,7 @@ def test_a_step_without_memory(name: str, p: dict[str, Any], bus: dict[str, Any]
 
 BRAKED = {"accel": -4.0, "accel_lead": 0.4, "settle": 0.0, "vx": -3.0, "dt": 1.0}
 LOOP = {"kp_drive": 0.5, "ki_drive": 0.1, "kp_brake": 0.2, "ki_brake": 0.3}
-RELEASE = {"a": 0.5, "rise": 0.02, "fade": 5.0, "lag": 0.0, "braking": 0.25}
+RELEASE = {"a": 0.5, "rise": 0.02, "fade": 5.0, "lag": 0.0, "braking": 0.25, "drive": 0.0}
 ROLLS = {"accel": 0.0, "accel_lead": 0.0, "vx": 20.0, "resistance": 1.0, "mass_ref": 1000.0, "dt": 0.1}
 STICKS = {"vx": 0.0, "settle": 0.0, "steer_glides": 0.0, "steer_lead": 0.0}
 HELD = {"stood": 1.0, "stuck": 1.0, "d": 0.0}
@@ -245,6 +245,8 @@ LASTING: tuple[Remembered, ...] = (
     ("lift_off_braking", RELEASE, {**ROLLS, "accel": 0.05}, {"a": 0.0}, {"resistance": 1.0, "accel": 0.05}, {"a": 0.0}),
     ("lift_off_braking", RELEASE, {**ROLLS, "accel": -0.04}, {"a": 0.0}, {"resistance": 701.0, "accel": -0.04}, {}),
     ("lift_off_braking", RELEASE, {**ROLLS, "accel": -0.05}, {"a": 0.0}, {"accel": 0.0, "accel_lead": 0.0}, {}),
+    ("lift_off_braking", {**RELEASE, "drive": 0.5}, {**ROLLS, "accel": -0.05}, {"a": 0.0},
+     {"accel": 0.2375, "accel_lead": 0.0}, {}),
     ("lift_off_braking", RELEASE, {**ROLLS, "accel": -1.0}, {"a": 0.0}, {"accel": -0.475, "accel_lead": 0.0}, {}),
     ("lift_off_braking", {**RELEASE, "lag": 0.1}, {**ROLLS, "accel": -1.0}, {"a": 0.0},
      {"resistance": 1.0 + 700.0 * LEFT, "accel": -1.0 + 0.525 * LEFT, "accel_lead": -0.525 * LEFT},

@@ -20,7 +20,8 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
     order=85,  # after dead time and gains, before the brakes' lag: what the motor does already, the brakes need not
     physics="with the pedal released, regeneration or engine drag slows the car",
     equation="a_r = (a + rise (v - 10 m/s)) min(1, v/fade), late by lag; a = -a_r while abs(a_c) < 0.05 m/s^2; while "
-    "a_c < -0.05 m/s^2 the brakes add what is missing to a_c - braking a_r; when moving",
+    "a_c < -0.05 m/s^2 the brakes add what is missing to a_c - braking a_r, or the drive takes off its share `drive` "
+    "of what is too much; when moving",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting); J. B. Heywood, Internal "
     "Combustion Engine Fundamentals, ch. 13 (friction grows with engine speed)",
     parameters=(
@@ -34,6 +35,8 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
             meaning="speed below which it fades: a motor cannot regenerate, an engine idles"),
         Key("lag", "s", 0.0, 0.6, neutral=0.0, least=0.03, minimum=0.0, maximum=0.6, late=True,
             meaning="time constant with which it comes and goes"),
+        Key("drive", "-", 0.0, 1.0, neutral=1.0, least=0.1, minimum=0.0, maximum=1.0, late=True,
+            meaning="share that the drive takes off where less is asked for; 0 where the motor brakes all the same"),
     ),
     memory=(Memory("a"),),
     ties=(
@@ -60,6 +63,6 @@ def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
     x.resistance += mean * x.mass_ref
     if x.accel <= -RELEASED:  # the brakes take off what they allow for
         relief = 1.0 - p.braking
-        asked = x.accel + x.accel_lead
-        x.accel = min(x.accel + relief * mean, 0.0)
-        x.accel_lead = min(asked + relief * start, max(asked, 0.0)) - x.accel
+        first, now = x.accel + x.accel_lead + relief * start, x.accel + relief * mean
+        x.accel = now if now < 0.0 else p.drive * now
+        x.accel_lead = (first if first < 0.0 else max(p.drive * first, first - relief * start)) - x.accel
