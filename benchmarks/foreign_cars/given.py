@@ -5,8 +5,10 @@ them. FOLDER holds
 
 - cars/CAR/sheet.toml, learn_rich.csv, learn_town.csv: the data sheet, and two drives with nothing hidden;
 - cases/ID/rich.csv, town.csv: two drives with the same hidden change, or with none;
-- truth.json: {ID: {"car", "noise", "names": [effect], "truth": {effect: {key: value}}, "detectable": bool}}; values
-  that the catalogue cannot state are left out.
+- truth.json: {ID: {"car", "noise", "names": [effect], "truth": {effect: {key: value}}, "detectable": bool}}. One change
+  is hidden in a case; several names are descriptions of it that are equally true, of which one has to be found. A
+  value is what the change adds to the car, or the factor by which it multiplies; a limit, width or place is its own.
+  Values that the catalogue cannot state are left out.
 
 Twins are matched, asked and scored as in `python -m benchmarks.foreign_cars`.
 """
@@ -26,6 +28,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  
 
 from benchmarks.foreign_cars.ask import answered, kept, learnt, total  # noqa: E402
 from benchmarks.foreign_cars.table import figures  # noqa: E402
+from benchmarks.hidden_effects import score  # noqa: E402
 from pytest_dvp.logs.read_log import read_log  # noqa: E402
 from vehicle.model.model_file import read_model  # noqa: E402
 from vehicle.model.vehicle_model import VehicleModel  # noqa: E402
@@ -45,7 +48,15 @@ def asked(folder: Path, case: dict[str, Any], twin: VehicleModel) -> dict[str, A
     if case["names"] and not case["detectable"]:
         return line | {"verdict": "UNDETECTABLE", "effects": []}
     logs, held_out = ({f"{kind}.csv": read_log(folder / f"{kind}.csv")} for kind in KINDS)
-    return line | {"total": total(case["truth"], twin)} | answered(logs, twin, held_out)
+    answer = answered(logs, twin, held_out)
+    truth = {name: case["truth"].get(name, {}) for name in _description(case["names"], answer)}
+    return line | {"truth": truth, "total": total(truth, twin)} | answer
+
+
+def _description(names: list[str], answer: dict[str, Any]) -> list[str]:
+    """Of names that describe one change equally well, the one that the answer confirms, else names, else the first."""
+    named = [*score.confirmed(answer), *score.names(answer)]
+    return [next((name for name in named if name in names), names[0])] if names else []
 
 
 def cases_of(folder: Path) -> dict[str, dict[str, Any]]:
