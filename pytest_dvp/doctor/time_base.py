@@ -297,15 +297,23 @@ def _sign(pair: tuple[str, str], source: tuple[str, ...]) -> int:
     return int(first) - int(second)
 
 
+_EARLY = {
+    "v": "a clock offset, or the speed of driven wheels, which slip while they drive, the data cannot say which",
+    "ay": "a clock offset, or an accelerometer ahead of the rear axle (ay_x of a model), the data cannot say which",
+}
+"""What else makes a channel seem early: two authors of foreign cars were told of a latency where there was none."""
+
+
 def _tell(channel: str, lag: float, other: str, file: str, findings: Findings, when: str = "") -> None:
+    late = "a clock offset or a sensor's latency, the data cannot say which"
+    cause = late if lag > 0 else _EARLY.get(channel, "a clock offset, or the other channels are late")
+    model = "; or let the model have the latency" if lag > 0 else ""
     findings.add(
         "log.clock_offset",
         file,
         None,
         f"column {channel}",
         f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell{when}",
-        hint="a clock offset or a sensor's latency, the data cannot say which: "
-        f"with `delay = {lag:.2f}` in its table of a mapping the stamps are corrected; "
-        "or let the model have the latency",
+        hint=f"{cause}: with `delay = {lag:.2f}` in its table of a mapping the stamps are corrected{model}",
         severity="warning",
     )

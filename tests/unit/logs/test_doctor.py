@@ -230,6 +230,10 @@ def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
     assert [(f.code, f.element) for f in findings] == [("log.clock_offset", f"column {', '.join(channels)}")]
     assert f"0.20 s {'later' if seconds > 0 else 'earlier'}" in findings[0].text
     assert f"`delay = {seconds:.2f}`" in findings[0].hint
+    cause = {"v": "driven wheels, which slip", "ay": "ahead of the rear axle"}.get(
+        channels[0], "the other channels are late"
+    )
+    assert ("latency" if seconds > 0 else cause) in findings[0].hint  # no sensor shows what comes
 
 
 def test_a_wrong_sign_does_not_hide_a_wrong_clock(sound: Columns) -> None:
