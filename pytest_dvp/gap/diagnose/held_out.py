@@ -142,7 +142,7 @@ def rivals_over_segments(search: Search, judges: Sequence[Fold], best: Trial) ->
         most = (1.0 - RIVAL_SHARE) * float((segments(search.without(best, name)) - ahead).sum())
         rivals = []
         for other in search.in_place_of(best, name):
-            if not search.is_rival(other, name):
+            if not search.is_rival(best, other, name):
                 continue
             behind = segments(other)
             close = float((behind - ahead).sum()) < most

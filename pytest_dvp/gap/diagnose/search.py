@@ -29,7 +29,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, has_usual_values, usual_set
+from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -258,7 +258,8 @@ class Search:
             paying = [t for t in self._additions(now, ranking) if self.is_worth_adding(now, t)]
             if paying and not found and self._trifle(paying[0]):
                 return []  # what it is, is too small to be named, and no other effect should stand for it
-            paying = [t for t in paying if self.is_credible(t, t.names[-1])]
+            far = now.chi2 > NEAR * self.count  # where one wild segment makes every interval wide
+            paying = [t for t in paying if self.is_credible(t, t.names[-1], certain=not far)]
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying and (not found or self.cost(paying[0]) < FINER_EFFECT_RATIO * self.cost(found[0])):
@@ -328,13 +329,13 @@ class Search:
             float(target.count), trial.chi2
         )
 
-    def is_credible(self, trial: Trial, name: str, target: ExperimentSet | None = None) -> bool:
-        """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
+    def is_credible(self, trial: Trial, name: str, target: ExperimentSet | None = None, certain: bool = True) -> bool:
+        """True if an effect's values mean something: above the least size, certain if asked, and not at an end."""
         mine = [c for c in trial.fit.coordinates if c.effect == name]
         if any(c.is_at_limit(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(without_finer(trial.fit, name), target.starts() if target else self.starts)
-        if not any(is_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
+        if certain and not any(is_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
             return False
         return self._matters(trial, name, target or self.target)
 
@@ -354,7 +355,7 @@ class Search:
                     exchanged = sound[0]
                     break
                 rivals[name] = tuple(
-                    t.names[-1] for t in trials if self.cannot_tell_apart(best, t) and self.is_rival(t, name)
+                    t.names[-1] for t in trials if self.cannot_tell_apart(best, t) and self.is_rival(best, t, name)
                 )
             if exchanged is None:
                 return best, rivals
@@ -386,10 +387,10 @@ class Search:
             and self.bootstrap_share(other.segment_chi2, best.segment_chi2) < MIN_BOOTSTRAP_SHARE
         )
 
-    def is_rival(self, other: Trial, name: str) -> bool:
-        """False if what is in an effect's place contains it, or is a finer form with a value that nobody meets."""
-        new = other.names[-1]
-        return self.contained(new) != name and (not self.known[new].detail or has_usual_values(other, new))
+    def is_rival(self, best: Trial, other: Trial, name: str) -> bool:
+        """False if what is in an effect's place contains it, or is a finer form that does worse in nearly all draws."""
+        new, share = other.names[-1], self.bootstrap_share(other.segment_chi2, best.segment_chi2)
+        return self.contained(new) != name and not (self.known[new].detail and share >= MIN_BOOTSTRAP_SHARE)
 
     def contained(self, name: str) -> str:
         """The simpler effect that this one can do exactly, "" if there is none."""

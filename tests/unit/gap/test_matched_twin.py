@@ -45,7 +45,7 @@ class Found:
     def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
         return self.others.get(name, [])
 
-    def is_rival(self, other: SimpleNamespace, name: str) -> bool:
+    def is_rival(self, best: SimpleNamespace, other: SimpleNamespace, name: str) -> bool:
         return True
 
     def is_credible(self, trial: Any, name: str) -> bool:

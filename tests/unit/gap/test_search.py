@@ -128,6 +128,13 @@ def test_another_effect_takes_the_place_of_one_whose_value_means_nothing() -> No
     assert s.credible_set(wind).names == ("rolling_resistance",)
 
 
+def test_far_from_the_car_an_effect_is_added_though_one_segment_alone_shows_it() -> None:
+    """The car turns once: of a single segment no interval is known, and the search had ended at chi2/N 100."""
+    *_, last = search(experiment_set({"drive": drive(20.0, steer_ratio=0.6, drive_gain=0.5)}, baseline()),
+                      "steer_ratio", "drive_gain", "understeer").climb()  # fmt: skip
+    assert set(last.names) == {"steer_ratio", "drive_gain"}
+
+
 def test_what_does_not_pay_is_pruned() -> None:
     s = search(weak(), "drive_gain", "brake_gain", "aero_drag")
     both = fitted(s, "drive_gain", "brake_gain")
@@ -157,12 +164,11 @@ def test_what_does_nearly_as_well_on_gentle_town_driving_is_a_rival() -> None:
     assert {name, *found.rivals[name]} == {"steer_delay", "steer_lag"}
 
 
-@pytest.mark.parametrize(("late", "rivals"), [(0.2, ()), (0.1, ("steer_servo",))])
-def test_a_finer_form_is_a_rival_only_with_a_value_that_is_met(late: float, rivals: tuple[str, ...]) -> None:
-    """In town a servo of second order does what a dead time does; for one of 0.2 s it would have to swing at 1.2 Hz."""
-    s = on_truth({"steer_delay": {"T": late}}, "urban", "steer_delay", "steer_servo", seconds=45.0)
+def test_a_finer_form_that_does_worse_in_nearly_all_draws_is_no_rival() -> None:
+    """In town a servo of second order does nearly what a dead time does: 0.4 % more chi2, in 99 of 100 draws."""
+    s = on_truth({"steer_delay": {"T": 0.2}}, "urban", "steer_delay", "steer_servo", seconds=45.0)
     found = s.run()
-    assert (found.final.names, found.rivals) == (("steer_delay",), {"steer_delay": rivals})
+    assert (found.final.names, found.rivals) == (("steer_delay",), {"steer_delay": ()})
 
 
 def test_only_positive_commands_leave_the_mass_and_the_gain_of_the_drive_equal() -> None:

@@ -319,7 +319,7 @@ class Given(Search):
         fit = Fit(parts, {}, np.zeros(1), float(rows.sum()), np.zeros((len(parts), 1)))
         return Trial(tuple(names), dict(start), fit, rows)
 
-    def is_credible(self, trial: Trial, name: str, target: Any = None) -> bool:
+    def is_credible(self, trial: Trial, name: str, target: Any = None, certain: bool = True) -> bool:
         return name not in self.vague
 
     def misfit(self, now: Trial) -> bool:

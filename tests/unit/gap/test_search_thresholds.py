@@ -185,7 +185,7 @@ class Ordered(Search):
     def _trifle(self, trial: Trial) -> bool:
         return False
 
-    def is_credible(self, trial: Trial, name: str, target: object = None) -> bool:
+    def is_credible(self, trial: Trial, name: str, target: object = None, certain: bool = True) -> bool:
         return True
 
 

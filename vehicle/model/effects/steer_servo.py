@@ -19,7 +19,7 @@ from vehicle.model.shown_by import COMMAND, MOVES_WHEEL, TURN, TURNS, ShownBy
     equation="T^2 d'' + 2 damping T d' + d = d_c",
     source="P. Pfeffer, M. Harrer (eds.), Steering Handbook (steering actuators); natural frequency 1/(2 pi T)",
     parameters=(
-        Key("T", "s", 0.02, 0.1, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="1/natural frequency"),
+        Key("T", "s", 0.02, 0.3, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="1/natural frequency"),
         Key(
             "damping",
             "-",
