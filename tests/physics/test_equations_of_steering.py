@@ -93,7 +93,7 @@ def integrated(d: float, rate: float, first: float, last: float, tau: float, dam
 
 @pytest.mark.parametrize("damping", [0.3, 1.0, 1.2])
 def test_a_servo_moves_as_a_damped_inertia_on_a_spring_would(damping: float) -> None:
-    servo, d, rate = Applied(steer_servo, T=0.06, damping=damping), 0.0, 0.0
+    servo, d, rate = Applied(steer_servo, tau=0.06, damping=damping), 0.0, 0.0
     servo(bus(steer=0.0))
     for first, last in ((0.2, 0.2), (0.2, 0.05), (-0.1, 0.0)):
         mean, end, its_rate = integrated(d, rate, first, last, 0.06, damping)
@@ -111,7 +111,7 @@ def test_a_servo_moves_as_a_damped_inertia_on_a_spring_would(damping: float) -> 
 def test_a_long_step_brings_a_servo_to_rest() -> None:
     """As the steps before a log do, of whatever damping: nothing overflows."""
     for damping in (0.3, 1.0, 20.0):
-        servo = Applied(steer_servo, T=0.06, damping=damping)
+        servo = Applied(steer_servo, tau=0.06, damping=damping)
         servo(bus(steer=0.0))
         servo(bus(steer=0.3, dt=1000.0))
         assert (servo.memory.d, servo.memory.rate) == pytest.approx((0.3, 0.0), abs=1e-9)

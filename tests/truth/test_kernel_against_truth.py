@@ -123,7 +123,7 @@ def test_kernel_reproduces_the_truth_of_what_no_ordinary_search_meets(name: str,
 def test_a_steering_that_rings_is_a_servo_of_second_order(folder: Path) -> None:
     """The truth integrates it with steps of its own, by its frequency."""
     rings = typical("steer_resonance")
-    servo = {"T": 1.0 / (2.0 * np.pi * rings["frequency"]), "damping": rings["damping"]}
+    servo = {"tau": 1.0 / (2.0 * np.pi * rings["frequency"]), "damping": rings["damping"]}
     for drive in ("rich", "urban"):
         misfit = misfits(folder, "steer_servo", drive, {"steer_resonance": rings}, ours={"steer_servo": servo})  # type: ignore[arg-type]
         assert misfit.fine_step < 0.1

@@ -16,10 +16,10 @@ from vehicle.model.shown_by import COMMAND, MOVES_WHEEL, TURN, TURNS, ShownBy
     slot="actuator",
     order=11,  # with steer_lag
     physics="a position loop turns motor and wheels, which have inertia: it starts late, and may overshoot",
-    equation="T^2 d'' + 2 damping T d' + d = d_c",
-    source="P. Pfeffer, M. Harrer (eds.), Steering Handbook (steering actuators); natural frequency 1/(2 pi T)",
+    equation="tau^2 d'' + 2 damping tau d' + d = d_c",
+    source="P. Pfeffer, M. Harrer (eds.), Steering Handbook (steering actuators); natural frequency 1/(2 pi tau)",
     parameters=(
-        Key("T", "s", 0.02, 0.3, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="1/natural frequency"),
+        Key("tau", "s", 0.02, 0.3, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="1/natural frequency"),
         Key(
             "damping",
             "-",
@@ -41,13 +41,13 @@ from vehicle.model.shown_by import COMMAND, MOVES_WHEEL, TURN, TURNS, ShownBy
     diagnosed=Diagnosed(details="steer_lag", contains="steer_lag"),  # which it is where it is damped by far
 )
 def steer_servo(x: Bus, p: Any, m: Any) -> None:
-    if p.T <= 0.0:
+    if p.tau <= 0.0:
         m.d, m.rate = x.steer - x.steer_lead, 0.0
         return
-    w, z = 1.0 / p.T, p.damping
+    w, z = 1.0 / p.tau, p.damping
     start, rate, dt = m.d, m.rate, x.dt
     slope = -2.0 * x.steer_lead / dt  # the command runs straight within the step; what is left of the start rings
-    begin = x.steer + x.steer_lead - 2.0 * z * p.T * slope
+    begin = x.steer + x.steer_lead - 2.0 * z * p.tau * slope
     away, its_rate = start - begin, rate - slope
     q = 1.0 - z * z
     if abs(q) < 1e-8:
@@ -64,6 +64,6 @@ def steer_servo(x: Bus, p: Any, m: Any) -> None:
     m.d = begin + slope * dt + away * cosine + (its_rate + z * w * away) * sine
     m.rate = slope + its_rate * cosine - (w * w * away + z * w * its_rate) * sine
     # the mean follows from the equation, integrated over the step
-    x.steer -= (2.0 * z * p.T * (m.d - start) + p.T * p.T * (m.rate - rate)) / dt
+    x.steer -= (2.0 * z * p.tau * (m.d - start) + p.tau * p.tau * (m.rate - rate)) / dt
     x.steer_lead = start - x.steer
     x.steer_glides = 1.0
