@@ -35,8 +35,7 @@ class CommandPlayer:
         """The command of now; after the end the brake holds the car."""
         from vehicle.messages import Command
 
-        k = int(np.searchsorted(self._t, observation.t + 1e-9, side="right")) - 1
-        k = min(max(k, 0), len(self._t) - 1)
+        k = max(int(np.searchsorted(self._t, observation.t + 1e-9, side="right")) - 1, 0)
         accel, d = float(self._accel[k]), self._description
         throttle, brake = max(accel, 0.0) / d.max_acceleration, max(-accel, 0.0) / d.max_deceleration
         return Command(observation.t, float(self._steer[k]), accel, min(throttle, 1.0), min(brake, 1.0))
