@@ -2,12 +2,17 @@
 
     [remainder.memory]
     yaw_rate = 0.16  # s
+    [remainder.anew]
+    ax = 2.2  # chi^2/N
     [remainder.imitates]
     drive_gain.g = 0.0052  # -
+    [remainder.limits]
+    jerk_limit.limit = 13.0  # m/s^3
 
-Memory is the time after which two samples of the remainder are alike to 1/e only. What is imitated is the root mean
-square of the values (as differences from the true ones) that a diagnosis would find for an effect on the drives from
-which the twin was learnt, on which nothing is hidden; in the unit of the key.
+All of it is measured on the drives from which the twin was learnt, on which nothing is hidden. Memory is the time after
+which two samples of the remainder are alike to 1/e only. Anew is what level and memory do not foresee of the remainder,
+where it is more than the noise. What is imitated is the root mean square of the values (as differences from the true
+ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit.
 """
 
 from __future__ import annotations
@@ -20,34 +25,50 @@ from typing import Any
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS
 
-TABLES = ("memory", "imitates")
+TABLES = ("memory", "anew", "imitates", "limits")
 
 
 @dataclass(frozen=True, slots=True)
 class RemainderShape:
-    """memory: channel -> s, more than 0. imitates: effect -> key -> value in the unit of the key, 0 or more."""
+    """memory: channel -> s, more than 0. anew: channel -> chi^2/N, 1 where it is not told. imitates: effect -> key ->
+    value in the unit of the key, 0 or more. limits: effect -> key -> value in the unit of the key, more than 0."""
 
     memory: Mapping[str, float] = field(default_factory=dict)
     imitates: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    anew: Mapping[str, float] = field(default_factory=dict)
+    limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def read_shape(table: Mapping[str, Any]) -> RemainderShape:
     """The checked tables of a model file below [remainder]. Raises ModelError whose key is the path inside."""
-    memory: dict[str, float] = {}
-    for channel, value in _table(table, "memory").items():
-        where = f"memory.{channel}"
+    return RemainderShape(
+        memory=_by_channel(table, "memory", "s"),
+        anew=_by_channel(table, "anew", "chi^2/N"),
+        imitates=_by_effect(table, "imitates"),
+        limits=_by_effect(table, "limits"),
+    )
+
+
+def _by_channel(table: Mapping[str, Any], name: str, unit: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for channel, value in _table(table, name).items():
+        where = f"{name}.{channel}"
         if channel not in CHANNEL_UNITS:
             raise ModelError("unknown channel", key=where, found=channel, allowed=", ".join(CHANNEL_UNITS),
                              nearest=nearest_name(channel, tuple(CHANNEL_UNITS)))  # fmt: skip
-        memory[channel] = _number(value, where)
-        if memory[channel] == 0.0:
-            raise ModelError("value not allowed", key=where, found="0", allowed="more than 0 s")
-    imitates: dict[str, dict[str, float]] = {}
-    for effect, keys in _table(table, "imitates").items():
+        found[channel] = _number(value, where)
+        if found[channel] == 0.0:
+            raise ModelError("value not allowed", key=where, found="0", allowed=f"more than 0 {unit}")
+    return found
+
+
+def _by_effect(table: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+    found: dict[str, dict[str, float]] = {}
+    for effect, keys in _table(table, name).items():
         if not isinstance(keys, Mapping):
-            raise ModelError("must be a table of the effect's keys", key=f"imitates.{effect}", found=repr(keys))
-        imitates[effect] = {key: _number(value, f"imitates.{effect}.{key}") for key, value in keys.items()}
-    return RemainderShape(memory, imitates)
+            raise ModelError("must be a table of the effect's keys", key=f"{name}.{effect}", found=repr(keys))
+        found[effect] = {key: _number(value, f"{name}.{effect}.{key}") for key, value in keys.items()}
+    return found
 
 
 def shape_text(shape: RemainderShape) -> str:
@@ -55,9 +76,12 @@ def shape_text(shape: RemainderShape) -> str:
     lines = []
     if shape.memory:
         lines += ["[remainder.memory]", *(f"{c} = {value!r}  # s" for c, value in shape.memory.items())]
-    if shape.imitates:
-        lines += ["[remainder.imitates]"]
-        lines += [f"{e}.{key} = {value!r}" for e, keys in shape.imitates.items() for key, value in keys.items()]
+    if shape.anew:
+        lines += ["[remainder.anew]", *(f"{c} = {value!r}  # chi^2/N" for c, value in shape.anew.items())]
+    for name, effects in (("imitates", shape.imitates), ("limits", shape.limits)):
+        if effects:
+            lines += [f"[remainder.{name}]"]
+            lines += [f"{e}.{key} = {value!r}" for e, keys in effects.items() for key, value in keys.items()]
     return "\n".join(lines) + "\n" if lines else ""
 
 

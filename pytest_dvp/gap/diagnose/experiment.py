@@ -233,6 +233,11 @@ class ExperimentSet:
                     pair[1] += float(rest.count[k])
         return {name: sums[name][0] / sums[name][1] for name in CHANNELS if name in sums}
 
+    def anew(self) -> dict[str, float]:
+        """chi^2/N of each channel that the model's known remainder is known to make anew, at least 1."""
+        shapes = [e.model.remainder_shape.anew for e in self.experiments]
+        return {name: max([1.0, *(shape.get(name, 1.0) for shape in shapes)]) for name in CHANNELS}
+
     def rmse(self, values: Values) -> dict[str, float]:
         """RMSE of each channel in its unit, over all experiments, on segments of about 5 s; without one that has no
         sample that is judged."""

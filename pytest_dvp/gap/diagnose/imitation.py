@@ -2,20 +2,26 @@
 
 The twin was learnt on drives without anything new. What a fit of an effect finds there is made of the remainder alone,
 and on another drive of the same car as much of it is to be expected again: a control without treatment, as in a trial
-with placebos. To first order, at two places of the effect's range, in the metric of `lasting_remainder`.
+with placebos. To first order, at two places of the effect's range, in the metric of `lasting_remainder`; and fitted,
+where much is gained. A limit that is never met does nothing at all, so there is no first order.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from math import isinf
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, says_how
+from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
-from pytest_dvp.gap.diagnose.lasting_remainder import rounded_imitation
+from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
+from pytest_dvp.gap.diagnose.lasting_remainder import rounded, rounded_imitation
 from pytest_dvp.gap.diagnose.least_squares import STEP
 from pytest_dvp.gap.diagnose.linear_algebra import gram, row_products, square
+from pytest_dvp.gap.diagnose.quiet_effects import APART
+from pytest_dvp.gap.diagnose.search import Search
+from vehicle.model.vehicle_model import VehicleModel
 
 SHOWN = 25.0  # of chi^2 per square of an effect's range: with less, these drives say nothing of it
 FARTHEST = 1.0  # of a key's range: beyond it a first order means nothing
@@ -50,3 +56,55 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
                     c = candidate.coordinates[k]
                     found.setdefault(c.name, []).append(float(u) * c.slope(c.to_unit(point[c.name])))
     return rounded_imitation(found)
+
+
+def anew(groups: Iterable[ExperimentSet]) -> dict[str, float]:
+    """chi^2/N by channel, the larger one of the groups of logs, of what level and memory of the remainder do not
+    foresee; where it is more than 1."""
+    found: dict[str, float] = {}
+    for group in groups:
+        target = group.lasting()
+        target.settle({})
+        for channel, value in target.by_channel({}).items():
+            found[channel] = max(found.get(channel, 1.0), rounded(value))
+    return {channel: value for channel, value in found.items() if value > 1.0}
+
+
+def placebos(
+    groups: Sequence[ExperimentSet], tried: Sequence[Candidate], model: VehicleModel
+) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]]]:
+    """What each effect is fitted with where a diagnosis would take it for evident: the root mean square over the groups
+    of what sizes are off by, and the lowest limits of what has no limit in the model; both in the units of the keys."""
+    present = {a.name: a.values for a in model.effects}
+    sizes_off: dict[tuple[str, str], list[float]] = {}
+    lowest: dict[str, dict[str, float]] = {}
+    for k, group in enumerate(groups):
+        target = group.lasting()
+        target.settle({})
+        for candidate in tried:
+            search = Search(target, [candidate])
+            now = search.trial((), {})
+            options = FirstOrderGain(target, now).remaining_chi2(candidate, candidate.points)
+            left, point = min(options, key=lambda option: option[0], default=(now.chi2, {}))
+            if now.chi2 - left <= APART**2:
+                continue
+            values = search.trial((candidate.name,), point).values
+            for c in sizes(candidate.coordinates):
+                had = present.get(c.effect, {}).get(c.key.name, c.key.neutral)
+                if isinf(had):
+                    known = lowest.setdefault(c.effect, {})
+                    known[c.key.name] = min(known.get(c.key.name, np.inf), rounded(values[c.name]))
+                else:
+                    sizes_off.setdefault(c.name, [0.0] * len(groups))[k] = values[c.name] - had
+    return rounded_imitation(sizes_off), lowest
+
+
+def larger(
+    some: Mapping[str, Mapping[str, float]], others: Mapping[str, Mapping[str, float]]
+) -> dict[str, dict[str, float]]:
+    """The larger value of each key of each effect."""
+    found = {effect: dict(keys) for effect, keys in some.items()}
+    for effect, keys in others.items():
+        known = found.setdefault(effect, {})
+        known |= {key: max(value, known.get(key, 0.0)) for key, value in keys.items()}
+    return found

@@ -269,13 +269,11 @@ class Search:
     def misfit(self, now: Trial) -> bool:
         """True if more is left than noise, in all or in one channel; of a twin with a known remainder, more than that
         does anew (`lasting_remainder`): by how much it drifts is no measure of what is missing."""
-        if not self.target.excused:
-            channels = self.target.by_channel(now.values)
-            return now.chi2 > MISFIT * self.count or max(channels.values(), default=0.0) > CHANNEL_MISFIT
-        lasting = self.target.lasting()
-        if square(lasting.whitened(now.values)) > MISFIT * self.count:
-            return True
-        return max(lasting.by_channel(now.values).values(), default=0.0) > EXCUSED_MISFIT
+        target, most = (self.target.lasting(), EXCUSED_MISFIT) if self.target.excused else (self.target, CHANNEL_MISFIT)
+        channels, known = target.by_channel(now.values), target.anew()
+        usual = float(np.mean([known[c] for c in channels])) if channels else 1.0
+        chi2 = square(target.whitened(now.values)) if self.target.excused else now.chi2
+        return chi2 > MISFIT * usual * self.count or any(channels[c] > most * known[c] for c in channels)
 
     def within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""

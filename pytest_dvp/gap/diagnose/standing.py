@@ -147,6 +147,7 @@ class _Left:
         self._rest = self._of(final)
         counts = [e.residuals(final.values).count for e in search.target.experiments]
         self._count = {name: sum(int(count[k]) for count in counts) for k, name in enumerate(CHANNELS)}
+        self._known = search.target.anew()
 
     def _of(self, trial: Trial) -> dict[str, float]:
         target = self._search.target
@@ -159,7 +160,7 @@ class _Left:
         total = sum(gains.values())
         found = []
         for channel, gain in gains.items():
-            samples = self._count[channel]
+            samples = self._count[channel] * self._known[channel]
             if not samples or gain < ACTS_ON * total:
                 continue
             left = self._rest[channel] - samples

@@ -14,7 +14,7 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
-from pytest_dvp.gap.diagnose.imitation import imitation
+from pytest_dvp.gap.diagnose.imitation import anew, imitation, larger, placebos
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
 from pytest_dvp.gap.diagnose.lasting_remainder import measured_memory
@@ -134,7 +134,10 @@ def _with_remainder(
     groups = [experiment_set(each, model, extra=effects) for each in (logs, held_out) if each]
     known = {**catalogue(), **{e.name: e for e in effects}}
     tried = candidates(model, known.values(), ay="ay" in search.target.channels, refined=True)
-    return dataclasses.replace(model, remainder_shape=dataclasses.replace(shape, imitates=imitation(groups, tried)))
+    sizes, limits = placebos(groups, tried, model)
+    imitates = larger(imitation(groups, tried), sizes)
+    shape = dataclasses.replace(shape, anew=anew(groups), imitates=imitates, limits=limits)
+    return dataclasses.replace(model, remainder_shape=shape)
 
 
 def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +16,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
+from vehicle.model.remainder_shape import RemainderShape
 
 ROWS, SEGMENTS = 1000, 50
 DRIVE, BRAKE = ("drive_gain", "g"), ("brake_gain", "g")
@@ -46,10 +48,11 @@ class World:
     other: World | None = None
     count: int = ROWS
     sample: float = 0.02
+    known: dict[str, float] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.settled: list[Any] = []
-        self.model: Any = SimpleNamespace(effects=[], remainder_shape=SimpleNamespace(imitates={}))
+        self.model: Any = SimpleNamespace(effects=[], remainder_shape=RemainderShape())
         self.experiments = [SimpleNamespace(model=self.model)]
 
     def whitened(self, values: Any) -> FloatArray:
@@ -73,6 +76,9 @@ class World:
     def by_channel(self, values: Any) -> dict[str, float]:
         left = self.whitened(values)
         return self.channels if self.channels is not None else {"v": float(left @ left) / self.count}
+
+    def anew(self) -> dict[str, float]:
+        return defaultdict(lambda: 1.0, self.known)
 
     def rmse(self, values: Any) -> dict[str, float]:
         return {"v": float(np.sqrt(np.mean(self.whitened(values) ** 2)))}

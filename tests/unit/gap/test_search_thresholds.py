@@ -43,6 +43,9 @@ class Samples:
     def by_channel(self, values: object) -> dict[str, float]:
         return self.channels
 
+    def anew(self) -> dict[str, float]:
+        return dict.fromkeys(self.channels, 1.0)
+
 
 def search(*names: str, **channels: float) -> Search:
     tried = candidates(MODEL, [find_effect(name) for name in names])

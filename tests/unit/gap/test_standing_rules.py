@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import standing as module
 from pytest_dvp.gap.diagnose.candidates import is_usual
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
+from pytest_dvp.gap.diagnose.imitation import anew, larger, placebos
 from pytest_dvp.gap.diagnose.quiet_effects import (
     changing_instead,
     is_beyond_remainder,
@@ -36,6 +38,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import (
     BRAKE,
     DRIVE,
+    NOISE,
     ROWS,
     SEGMENTS,
     World,
@@ -46,6 +49,7 @@ from tests.unit.gap.linear_world import (
 )
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.remainder_shape import RemainderShape
 
 RATIO = ("steer_ratio", "g")
 
@@ -96,10 +100,11 @@ def rest(**chi2: float) -> Any:
 class Leaving:
     """A search that leaves given squares by channel, with all effects and without one; 100 samples of each channel."""
 
-    def __init__(self, whole: Any, less: Any, *, excused: bool = False, count: int = 100) -> None:
+    def __init__(self, whole: Any, less: Any, *, excused: bool = False, count: int = 100, known: float = 1.0) -> None:
         one = SimpleNamespace(residuals=lambda values: SimpleNamespace(count=np.full(8, count)))
         world: Any = SimpleNamespace(excused=excused, experiments=[one])
         world.lasting = lambda: SimpleNamespace(whitened=lambda values: values["rest"])
+        world.anew = lambda: dict.fromkeys(CHANNELS, known)
         self.target = world
         self.final = SimpleNamespace(values={"rest": whole}, fit=SimpleNamespace(residual=whole))
         self._less = SimpleNamespace(values={"rest": less}, fit=SimpleNamespace(residual=less))
@@ -131,6 +136,8 @@ def test_much_left_over_in_a_channel_it_acts_on_is_a_doubt_unless_it_explains_tw
 def test_it_acts_on_a_channel_in_which_it_makes_a_tenth_of_its_change(share: float, doubted: bool) -> None:
     search = Leaving(rest(v=100.0, yaw=300.0, ax=50.0), rest(v=100.0 + 1e3 * (1 - share), yaw=300.0 + 1e3 * share))
     assert bool(_Left(search, search.final).doubts("x")) is doubted  # type: ignore[arg-type]
+    known = Leaving(rest(v=301.0), rest(v=400.0), excused=True, known=2.01)  # 1.5 times 2.01 is 3.015
+    assert _Left(known, known.final).doubts("x") == []  # type: ignore[arg-type]
     none = Leaving(rest(yaw=300.0), rest(yaw=400.0), count=0)
     assert _Left(none, none.final).doubts("x") == []  # type: ignore[arg-type]
     both = Leaving(rest(v=300.0, yaw=300.0), rest(v=400.0, yaw=400.0))
@@ -205,8 +212,10 @@ def test_an_effect_is_evident_twenty_standard_deviations_from_nothing(gain: floa
     assert is_evident_apart(search, trial, "drive_gain", ()) is False
     other = Fold(world, world)  # type: ignore[arg-type]
     assert is_evident_apart(search, trial, "drive_gain", (other,)) is False
-    weak = World({DRIVE: direction(0)}, {DRIVE: 0.9})
-    assert is_evident_apart(search, trial, "drive_gain", (*judges, Fold(None, weak))) is False  # type: ignore[arg-type]
+    for ten, enough in ((9.9, False), (10.1, True)):  # data held out may show it half as clearly
+        town = World({DRIVE: 10.0 * ten * direction(0)}, {DRIVE: 0.9})
+        told = is_evident_apart(search, trial, "drive_gain", (*judges, Fold(None, town)))  # type: ignore[arg-type]
+        assert told is (evident and enough)
     world.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]  # the twin has it already
     assert is_evident(search, ALONE, "drive_gain", world) is False  # type: ignore[arg-type]
 
@@ -215,7 +224,7 @@ def test_an_effect_is_evident_twenty_standard_deviations_from_nothing(gain: floa
 def test_and_it_is_beyond_what_the_remainder_imitates(imitated: float, evident: bool) -> None:
     """4.3 times a root mean square of 0.0232 is 0.0998."""
     world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
-    world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
     search = a_search(world, "drive_gain")
     assert is_evident(search, ALONE, "drive_gain", world) is evident  # type: ignore[arg-type]
 
@@ -224,13 +233,40 @@ def test_and_it_is_beyond_what_the_remainder_imitates(imitated: float, evident: 
 def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, far: bool) -> None:
     """5 times 4.3 times 0.0047 is 0.101. Of an effect that no drive was asked for nothing is known."""
     world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
-    world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
     search = a_search(world, "drive_gain")
     assert is_far_beyond(search, ALONE, "drive_gain") is far
     quiet_town = (Fold(None, World({DRIVE: direction(0)}, {DRIVE: 0.9})),)  # type: ignore[arg-type]
     assert is_beyond_remainder(search, ALONE, "drive_gain", quiet_town) is far
     telling = (Fold(None, world),)  # type: ignore[arg-type]
     assert is_beyond_remainder(search, ALONE, "drive_gain", telling) is True  # both data show it
+
+
+@pytest.mark.parametrize(("found", "evident"), [(7.6, True), (7.4, False), (None, True)])
+def test_a_limit_is_beyond_the_remainder_if_it_is_lower_by_half(found: float | None, evident: bool) -> None:
+    """On the drives that the twin was learnt from a fit found a limit of 7.5 m/s^2, say: 5 m/s^2 times 1.5."""
+    lower = ("brake_limit", "limit")
+    world = Limited({lower: 1000.0 * direction(0)}, {lower: 5.0}, excused=True)
+    world.model.remainder_shape = RemainderShape(limits={"brake_limit": {"limit": found}} if found else {})
+    trial = a_trial(1000.0, "brake_limit", values={lower: 5.0})
+    assert is_evident(a_search(world, "brake_limit"), trial, "brake_limit", world) is evident  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("known", "left", "more"), [
+    (1.0, 2.01, True), (1.0, 1.99, False), (2.2, 4.41, True), (2.2, 4.39, False),
+])  # fmt: skip
+def test_a_twin_may_leave_anew_what_it_left_of_the_drives_it_learnt_from(known: float, left: float, more: bool) -> None:
+    world = World({}, excused=True, channels={"ax": left, "v": 0.5}, known={"ax": known})
+    search = a_search(world, "drive_gain")
+    assert search.misfit(search.trial((), {})) is more
+
+
+@pytest.mark.parametrize(("known", "more"), [(1.1, True), (1.3, False)])
+def test_and_over_all_channels_as_much_as_it_left_of_them(known: float, more: bool) -> None:
+    """chi^2/N is 1.49 here; 1.3 times the mean of `known` and 1 is 1.365 and 1.495."""
+    world = World({}, excused=True, channels={"ax": 1.0, "v": 1.0}, known={"ax": known}, noise=np.sqrt(1.49) * NOISE)
+    search = a_search(world, "drive_gain")
+    assert search.misfit(search.trial((), {})) is more
 
 
 def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> None:
@@ -249,6 +285,19 @@ def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> No
     assert quiet(search, search.trial((), {})) is None
 
 
+def test_what_the_remainder_imitates_does_not_stand_in_the_way_of_a_quiet_effect() -> None:
+    """Three effects gain more than the brake's, and each of them is of a size that the remainder imitates."""
+    names = ("drive_gain", "steer_ratio", "mass")
+    does = {(n, find_effect(n).parameters[0].name): 500.0 * direction(k) for k, n in enumerate(names)}
+    does[BRAKE] = 250.0 * direction(3)
+    world = World(does, dict.fromkeys(does, 0.9), excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={name: {key: 0.05} for name, key in does if name in names})
+    search = a_search(world, *names, "brake_gain")
+    found = quiet(search, search.trial((), {}))
+    assert found is not None
+    assert found.names == ("brake_gain",)
+
+
 @pytest.mark.parametrize(("apart", "changes"), [(399.0, True), (401.0, False)])
 def test_a_constant_stands_twenty_standard_deviations_before_what_changes(apart: float, changes: bool) -> None:
     """What fades does exactly the same but for a part at right angles, which costs so much at the best point."""
@@ -262,6 +311,47 @@ def test_a_constant_stands_twenty_standard_deviations_before_what_changes(apart:
     assert changing_instead(search, final) == ({"brake_gain": ("brake_fade",)} if changes else {})
     other = a_search(World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}), "drive_gain", refiners=("brake_fade",))
     assert changing_instead(other, other.trial(("drive_gain",), {DRIVE: 0.9})) == {}
+
+
+def test_limits_that_the_remainder_looks_like_are_the_lowest_of_those_that_are_evident() -> None:
+    """A limit of 5 m/s^2 explains (1000 / 5)^2 of chi^2, and 9^2 in the third world, which is too little."""
+    lower = ("brake_limit", "limit")
+    five, four = (Limited({lower: 1000.0 * direction(0)}, {lower: value}) for value in (5.0, 4.0))
+    little = Limited({lower: 9.0 * 3.0 * direction(0)}, {lower: 3.0})
+    model: Any = SimpleNamespace(effects=[])
+    groups: Any = (five, four, little)
+    sizes, limits = placebos(groups, tried("brake_limit"), model)
+    assert (sizes, limits) == ({}, {"brake_limit": {"limit": pytest.approx(4.0, abs=0.1)}})
+    assert placebos(groups[2:], tried("brake_limit"), model) == ({}, {})
+    model.effects = [SimpleNamespace(name="brake_limit", values={"limit": 4.4})]
+    sizes, limits = placebos(groups[:2], tried("brake_limit"), model)
+    off = np.sqrt(np.mean([0.6**2, 0.4**2]))
+    assert (sizes, limits) == ({"brake_limit": {"limit": pytest.approx(off, abs=0.05)}}, {})
+
+
+def test_a_size_is_off_by_the_mean_over_all_drives_also_those_that_do_not_show_it() -> None:
+    """A gain of 0.9 on one of two drives: 0.1 / sqrt(2)."""
+    model: Any = SimpleNamespace(effects=[])
+    shown, hidden = (World({DRIVE: size * direction(0)}, {DRIVE: 0.9}) for size in (1000.0, 90.0))
+    sizes, limits = placebos((shown, hidden), tried("drive_gain"), model)  # type: ignore[arg-type]
+    assert (sizes, limits) == ({"drive_gain": {"g": pytest.approx(0.0707, abs=2e-3)}}, {})
+    assert larger({"drive_gain": {"g": 0.08}, "mass": {"ratio": 0.1}}, sizes | {"roll": {"angle": 0.2}}) == {
+        "drive_gain": {"g": 0.08}, "mass": {"ratio": 0.1}, "roll": {"angle": 0.2},
+    }  # fmt: skip
+    assert larger({"drive_gain": {"g": 0.01}}, sizes) == sizes
+
+
+def test_what_comes_anew_is_the_larger_one_of_the_drives_where_it_is_more_than_noise() -> None:
+    groups: Any = (World({}, channels={"ax": 2.216, "v": 0.9}), World({}, channels={"ax": 1.3, "v": 0.8, "ay": 1.04}))
+    assert anew(groups) == {"ax": 2.22, "ay": 1.04}
+
+
+class Limited(World):
+    """What a limit does is in proportion to its inverse."""
+
+    def whitened(self, values: Any) -> Any:
+        rows = [(1.0 / values.get(key, inf) - 1.0 / self.hidden[key]) * row for key, row in self.does.items()]
+        return self.noise + np.sum(rows, axis=0)
 
 
 class Fading(World):

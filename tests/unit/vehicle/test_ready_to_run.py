@@ -237,6 +237,10 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
     text = shape_text(shape)
     assert text == "[remainder.memory]\nv = 0.16  # s\n[remainder.imitates]\ndrive_gain.g = 0.0052\n"
     assert read_shape({"memory": {"v": 0.16}, "imitates": {"drive_gain": {"g": 0.0052}}}) == shape
+    more = RemainderShape(anew={"ax": 2.2}, limits={"jerk_limit": {"limit": 13.0}})
+    text = shape_text(more)
+    assert text == "[remainder.anew]\nax = 2.2  # chi^2/N\n[remainder.limits]\njerk_limit.limit = 13.0\n"
+    assert read_shape({"anew": {"ax": 2.2}, "limits": {"jerk_limit": {"limit": 13.0}}}) == more
     assert shape_text(RemainderShape()) == ""
     assert read_shape({}) == RemainderShape()
     assert read_shape({"imitates": {"drive_gain": {"g": 0}}}).imitates == {"drive_gain": {"g": 0.0}}
@@ -248,6 +252,8 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"memory": 3}, "memory", "must be a table"),
         ({"memory": {"v": 0.0}}, "memory.v", "allowed: more than 0 s"),
         ({"memory": {"v": -1.0}}, "memory.v", "allowed: 0 or more"),
+        ({"anew": {"v": 0.0}}, "anew.v", r"allowed: more than 0 chi\^2/N"),
+        ({"limits": {"jerk_limit": 3}}, "limits.jerk_limit", "must be a table of the effect's keys"),
         ({"memory": {"v": math.inf}}, "memory.v", "allowed: 0 or more"),
         ({"memory": {"v": True}}, "memory.v", "must be a number"),
         ({"memory": {"w": 1.0}}, "memory.w", "unknown channel"),
