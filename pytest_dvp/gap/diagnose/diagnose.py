@@ -117,7 +117,7 @@ def diagnose(
         evident=[name for name in final.names if target.excused and is_beyond_remainder(search, final, name, judges)],
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
-    named = with_standing(named, search, final, list(logs.values()), evidence, known)
+    named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows

@@ -32,6 +32,7 @@ from pytest_dvp.gap.diagnose.standing import (
     _held_out,
     _implausible,
     _Left,
+    _trace,
     with_standing,
 )
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -311,6 +312,15 @@ def test_a_constant_stands_twenty_standard_deviations_before_what_changes(apart:
     assert changing_instead(search, final) == ({"brake_gain": ("brake_fade",)} if changes else {})
     other = a_search(World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}), "drive_gain", refiners=("brake_fade",))
     assert changing_instead(other, other.trial(("drive_gain",), {DRIVE: 0.9})) == {}
+
+
+@pytest.mark.parametrize(("gain", "doubted"), [(0.49, True), (0.51, False)])
+def test_what_gains_less_than_a_tenth_of_another_one_may_be_its_trace(gain: float, doubted: bool) -> None:
+    gains = {"steer_ratio": 5.0, "steer_rate_limit": gain}
+    says = ["beside steer_ratio, which explains more than 10 times as much, it may be a trace of that"]
+    assert _trace("steer_rate_limit", gains) == (says if doubted else [])
+    assert _trace("steer_ratio", gains) == []
+    assert _trace("not_shown", gains) == []  # by held-out data, which say nothing of it
 
 
 def test_limits_that_the_remainder_looks_like_are_the_lowest_of_those_that_are_evident() -> None:
