@@ -19,9 +19,9 @@ def touch(one: FloatArray, other: FloatArray) -> bool:
     dx, dy = other[0] - one[0], other[1] - one[1]
     turn = other[2] - one[2]
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
-    for box, second, sign in ((one, other, 1.0), (other, one, -1.0)):
+    for box, second in ((one, other), (other, one)):
         c, s = math.cos(box[2]), math.sin(box[2])
-        along, across = sign * (dx * c + dy * s), sign * (dy * c - dx * s)
+        along, across = dx * c + dy * s, dy * c - dx * s
         if abs(along) > 0.5 * (box[3] + second[3] * cos + second[4] * sin):
             return False
         if abs(across) > 0.5 * (box[4] + second[3] * sin + second[4] * cos):

@@ -137,7 +137,7 @@ def _assigned(pairs: _Pairs, close: NDArray[np.bool_], size: int) -> NDArray[np.
     distances least."""
     found = np.full(size, -1, dtype=np.int64)
     rows, detections = pairs.there[close], pairs.detection[close]
-    alone = (np.bincount(rows, minlength=1)[rows] == 1) & (np.bincount(detections, minlength=1)[detections] == 1)
+    alone = (np.bincount(rows)[rows] == 1) & (np.bincount(detections)[detections] == 1)
     found[rows[alone]] = detections[alone]
     for instant in np.unique(pairs.instant[close][~alone]):  # somebody has a choice there
         here = pairs.instant == instant

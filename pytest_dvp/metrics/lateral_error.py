@@ -45,8 +45,7 @@ def lateral_rmse_path(log: Log) -> Measured:
     # A path planned in a tick holds from that instant on, as commands do.
     starts = np.searchsorted(t, np.array([time for time, _ in log.paths]) - 1e-6)
     for (_, path), a, b in zip(log.paths, starts, [*starts[1:], len(t)], strict=True):
-        if b > a:
-            offsets[a:b] = lateral_offsets(x[a:b], y[a:b], np.ascontiguousarray(path))
+        offsets[a:b] = lateral_offsets(x[a:b], y[a:b], np.ascontiguousarray(path))
     return _rms(t, offsets)
 
 

@@ -94,7 +94,7 @@ def _shift(reference: FloatArray, curve: FloatArray) -> int:
     mean_c, mean_r = sums(curve, late), sums(reference, early)
     var_c = sums(curve**2, late) - mean_c**2 / length
     var_r = sums(reference**2, early) - mean_r**2 / length
-    tiny = 1e-12 * max(float((curve**2).sum()), float((reference**2).sum()), 1e-300)
+    tiny = 1e-12 * max(float((curve**2).sum()), float((reference**2).sum()))
     good = (var_c > tiny) & (var_r > tiny)
     if not good.any():
         return 0
