@@ -55,6 +55,7 @@ test: $(STAMP)
 # take the other.
 compiled-drive: $(STAMP)
 	$(BIN)/dvp run scenarios/overtaking.xosc --no-report
+	$(BIN)/python -m benchmarks.arch_comp --problem AT1 --problem CC1 --method random --repeats 1 --budget 1 > /dev/null
 
 compiled-gap: $(STAMP)
 	mkdir -p runs
