@@ -1,7 +1,7 @@
 """python -m benchmarks.arch_comp [--problem AT1] [--method random] [--seed 0] [--alone] [--json FILE] [--out PAGE]
 
 Searches that falsify the vehicle problems of ARCH-COMP: 10 of each method, of at most 300 simulations. Prints how many
-of them falsified, and the mean and median of their simulations. All take 8 minutes of CPU.
+of them falsified, and the mean and median of their simulations. All take 2.5 minutes of CPU.
 """
 
 from __future__ import annotations
