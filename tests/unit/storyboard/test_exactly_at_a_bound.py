@@ -1,0 +1,266 @@
+"""What actions and conditions do exactly at a bound, and who is coupled, held and put: with stubs around them."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from openscenario.storyboard.actions.synchronize import Synchronize
+from openscenario.storyboard.conditions.contact import collision, end_of_road, off_road
+from openscenario.storyboard.conditions.distance import reach_position, time_headway
+from openscenario.storyboard.conditions.values import element_state
+from openscenario.storyboard.motion import BEAT, move
+from openscenario.storyboard.trailers import couple, couple_named, couples, draw
+
+from .bodies import car
+
+
+def around(*entities: Any, **more: Any) -> Any:
+    board = {"time": 0.0, "dt": 0.1, "network": None, "entities": {e.name: e for e in entities}, "steps": 0}
+    return SimpleNamespace(board=SimpleNamespace(**(board | more)), node=None)
+
+
+# --- conditions
+
+
+@pytest.mark.parametrize(("apart", "rule", "holds"), [(0.0, "lessThan", True), (3.0, "lessThan", False)])
+def test_who_is_beside_the_other_has_no_headway_at_all(apart: float, rule: str, holds: bool) -> None:
+    """At the very place it is not behind; three seconds are not less than three."""
+    a, b = car("A"), car("B")
+    b.put(4.0 * apart, 0.0, 0.0, 0.0)
+    a.speed = 4.0
+    element: Any = SimpleNamespace(entity_ref="B", rule=rule, value=3.0, freespace=False, along_route=None,
+                                   relative_distance_type="longitudinal", coordinate_system="entity")  # fmt: skip
+    assert time_headway(element, a, around(a, b))() is holds
+
+
+@pytest.mark.parametrize(("x", "holds"), [(0.0, True), (3.999, True), (4.0, True), (4.001, False), (-4.001, False)])
+def test_boxes_collide_with_the_one_that_is_named_from_where_they_touch(x: float, holds: bool) -> None:
+    a, b, far = car("A"), car("B"), car("C")
+    far.put(900.0, 0.0, 0.0, 0.0)
+    b.put(x, 0.0, 0.0, 0.0)
+    scope = around(a, b, far)
+    by_name: Any = SimpleNamespace(target=SimpleNamespace(type="vehicle"))
+    test = collision(by_name, a, scope)
+    assert test() is holds
+    b.active = False
+    assert not test()
+    b.active = True
+    b.kind = "pedestrian"
+    assert not test()
+    by_name.target.type = "pedestrian"
+    assert collision(by_name, a, scope)() is holds
+    b.kind = "misc"
+    by_name.target.type = "miscellaneous"
+    assert collision(by_name, a, scope)() is holds
+
+
+def test_a_long_box_is_met_far_from_its_reference_point() -> None:
+    """20 m long, its middle 9 m ahead: it ends 19 m ahead of its reference point, where the other one stands."""
+    a, b = car("A"), car("B")
+    b.length, b.center_x = 20.0, 9.0
+    b.put(-19.5, 0.0, 0.0, 0.0)
+    element: Any = SimpleNamespace(target=SimpleNamespace(type="vehicle"))
+    assert collision(element, a, around(a, b))()
+    b.put(-21.0, 0.0, 0.0, 0.0)
+    assert not collision(element, a, around(a, b))()
+
+
+def test_off_the_road_and_at_its_end_the_duration_counts_from_when_it_began() -> None:
+    road = [True]
+    entity = car()
+    scope = around(entity, ground=SimpleNamespace(on_road=lambda e: road[0]))
+    element: Any = SimpleNamespace(duration=2.0)
+    off, end = off_road(element, entity, scope), end_of_road(element, entity, scope)
+    told = []
+    for time, on in ((0.0, True), (1.0, False), (2.9, False), (3.0, False), (3.1, True), (3.2, False), (5.1, False),
+                     (5.2, False)):  # fmt: skip
+        scope.board.time, road[0] = time, on
+        told.append(off())
+    assert told == [False, False, False, True, False, False, False, True]
+    for since, holds in ((3.2, True), (3.3, False), (math.inf, False)):
+        entity.end_since = since
+        assert end() is holds
+
+
+@pytest.mark.parametrize(("x", "y", "holds"), [(3.0, 4.0, True), (-3.0, -4.0, True), (3.0, 4.001, False)])
+def test_a_position_is_reached_just_at_its_tolerance(
+    x: float, y: float, holds: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("openscenario.storyboard.conditions.distance.resolver",
+                        lambda position, board: lambda: SimpleNamespace(x=0.0, y=0.0))  # fmt: skip
+    entity = car()
+    entity.put(x, y, 0.0, 0.0)
+    element: Any = SimpleNamespace(position=None, tolerance=5.0)
+    assert reach_position(element, entity, around(entity))() is holds
+
+
+def test_a_transition_is_seen_once_in_its_step_or_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    node = SimpleNamespace(state="runningState", changes={})
+    monkeypatch.setattr("openscenario.storyboard.conditions.values.find", lambda *asked: node)
+    scope = around(steps=5, root=None)
+    element: Any = SimpleNamespace(storyboard_element_type="event", storyboard_element_ref="e", state="endTransition")
+    test = element_state(element, None, scope)
+    assert not test()
+    node.changes["endTransition"] = (5, 0)  # the very first of all transitions
+    assert test()
+    assert not test()
+    node.changes["endTransition"] = (5, 7)
+    scope.board.steps = 6
+    assert test()
+    node.changes["endTransition"] = (6, 9)
+    scope.board.steps = 8  # two steps later nobody sees it any more
+    assert not test()
+
+
+# --- motion
+
+
+def on_no_road(entity: Any) -> Any:
+    return SimpleNamespace(network=None, track=lambda e: False)
+
+
+def test_who_was_put_moves_from_the_next_beat_on_with_its_own_velocity() -> None:
+    """Put at the beginning of a step of 0.1 s at 5 m/s: it goes on for 0.09 s, and as fast as it is."""
+    entity = car()
+    entity.speed = entity.speed_before = 5.0
+    entity.placed = True
+    move(entity, 0.1, on_no_road(entity))
+    assert entity.x == pytest.approx(5.0 * 0.09)
+    assert (entity.vx, entity.vy, entity.travelled) == (pytest.approx(5.0), 0.0, pytest.approx(0.45))
+    short = car()
+    short.speed = short.speed_before = 5.0
+    short.placed, short.h = True, 0.5 * math.pi
+    move(short, BEAT, on_no_road(short))  # the step is over with the beat
+    assert (short.x, short.y, short.travelled) == (0.0, 0.0, 0.0)
+    assert (short.vx, short.vy) == (pytest.approx(0.0, abs=1e-9), pytest.approx(5.0))
+
+
+def test_an_action_has_the_first_place_in_a_file_unless_another_is_said() -> None:
+    entity, runner = car(), SimpleNamespace()
+    entity.longitudinal_order = entity.lateral_order = 7
+    for domain in ("longitudinal", "lateral"):
+        entity.hold(domain, runner)
+    assert (entity.longitudinal_order, entity.lateral_order) == (0, 0)
+    entity.hold("longitudinal", runner, 3)
+    entity.hold("longitudinal", None)
+    assert (entity.longitudinal_order, entity.longitudinal) == (3, None)
+
+
+# --- trailers
+
+
+def named(name: str, behind: str | None) -> Any:
+    ref = None if behind is None else SimpleNamespace(entity_ref=behind)
+    return SimpleNamespace(name=name, entity=SimpleNamespace(trailer=SimpleNamespace(trailer_ref=ref)))
+
+
+def test_trailers_hang_on_the_vehicles_that_name_them() -> None:
+    truck, second, trailer, other = (car(name) for name in ("A", "B", "T", "O"))
+    entities = {e.name: e for e in (truck, second, trailer, other)}
+    bare = SimpleNamespace(name="O", entity=SimpleNamespace())
+    scenario: Any = SimpleNamespace(entities=[bare, named("B", None), named("B", "of a catalogue"), named("A", "T")])
+    couple_named(scenario, entities)
+    assert couples(trailer) == (truck, trailer)
+    assert couples(second) == (second,)
+    scenario.entities = [named("B", "O"), named("A", "B")]
+    other.external = True
+    couple_named(scenario, entities)
+    assert couples(other) == (other,)  # who is moved from outside hangs on nothing
+    assert couples(second) == (truck, second)
+
+
+def test_a_trailer_is_drawn_along_its_coupler() -> None:
+    """The hitch goes from 0 to 5 m aside; the trailer's axle is 5 m behind its coupler: 3-4-5 once drawn there."""
+    truck, trailer = car("A"), car("T")
+    truck.hitch, trailer.coupler = 0.0, 5.0
+    couple(truck, trailer)
+    trailer.put(-7.0, -4.0, 0.0, 0.0)
+    truck.put(-1.0, 4.0, 1.0, 0.3)
+    truck.speed, truck.pitch = 2.0, 0.1
+    draw(truck, 0.5)
+    assert trailer.h == pytest.approx(math.atan2(8.0, 6.0))
+    assert (trailer.x, trailer.y) == (pytest.approx(-1.0 - 3.0), pytest.approx(4.0 - 4.0))
+    assert (trailer.z, trailer.pitch, trailer.speed) == (1.0, 0.1, 2.0)
+    assert (trailer.vx, trailer.vy) == (pytest.approx(3.0 / 0.5), pytest.approx(4.0 / 0.5))
+    assert trailer.travelled == pytest.approx(5.0)
+    draw(truck, 0.0)  # no time has passed
+    assert trailer.travelled == pytest.approx(5.0)
+    trailer.coupler = 0.0
+    truck.put(9.0, 9.0, 0.0, 0.0)
+    draw(truck, 0.5)
+    assert trailer.h == pytest.approx(math.atan2(8.0, 6.0))  # a coupler above the axle does not turn it
+
+
+# --- being there in time
+
+
+class Arriving(Synchronize):
+    """One that has so far to go, to a master that has so far to go."""
+
+    __slots__ = ("ways",)
+
+    def _way(self, entity: Any, target: Any) -> float:
+        return self.ways[entity.name]  # type: ignore[no-any-return]
+
+
+def arriving(way: float, master_way: float, *, speed: float, pace: float = 2.0, tolerance: float = 0.0) -> Any:
+    action: Any = Arriving.__new__(Arriving)
+    entity, master = car("A"), car("M")
+    entity.speed, master.vx = speed, pace
+    action.ways = {"A": way, "M": master_way}
+    action._entity, action._master, action._final, action._phase = entity, master, None, "new"
+    action._target = action._master_target = lambda: None
+    action._last = action._last_master = math.inf
+    action._element = SimpleNamespace(target_tolerance=tolerance, target_tolerance_master=None)
+    return action
+
+
+@pytest.mark.parametrize(
+    ("way", "speed", "after"),
+    [
+        (20.0, 4.0, 4.0),  # 20 m in 5 s at 4 m/s: it need not change
+        (30.0, 4.0, 4.0 + 2.0 * (6.0 - 4.0) / 5.0 * 0.1),  # from 4 to 8 m/s in 5 s
+        (10.0, 4.0, 4.0 - 2.0 * (4.0 - 2.0) / 5.0 * 0.1),  # from 4 to 0 m/s
+        (0.5, 0.01, 0.01 + 2.0 * (0.1 - 0.01) / 5.0 * 0.1),
+        (0.01, 0.02, 0.02 - 2.0 * (0.02 - 0.002) / 5.0 * 0.1),
+    ],
+)
+def test_without_a_final_speed_one_ramp_arrives_in_time(way: float, speed: float, after: float) -> None:
+    """The master has 10 m to go at 2 m/s."""
+    action = arriving(way, 10.0, speed=speed)
+    assert not action._go_on(0.1)
+    assert action._entity.speed == pytest.approx(after)
+
+
+def test_nobody_drives_back_to_be_in_time_and_a_standing_master_changes_nothing() -> None:
+    late = arriving(0.01, 0.3, speed=5.0)
+    assert not late._go_on(0.1)  # 0.15 s are left
+    assert late._entity.speed == 0.0
+    waits = arriving(20.0, 10.0, speed=3.0, pace=0.0)
+    assert not waits._go_on(0.1)
+    assert waits._entity.speed == 3.0
+    tolerant = arriving(25.0, 10.0, speed=4.0, tolerance=5.0)
+    tolerant._go_on(0.1)
+    assert tolerant._entity.speed == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("way", "master_way", "over"), [(0.0, 10.0, True), (10.0, 0.0, True), (1.0, 0.19, True), (1.0, 0.21, False)]
+)
+def test_it_is_over_where_one_of_both_is_there_or_no_step_is_left(way: float, master_way: float, over: bool) -> None:
+    assert arriving(way, master_way, speed=1.0)._go_on(0.1) is over
+
+
+def test_it_is_over_where_one_of_both_draws_away_again() -> None:
+    action = arriving(10.0, 10.0, speed=1.0)
+    assert not action._go_on(0.1)
+    action.ways["A"] = 10.1
+    assert action._go_on(0.1)
+    action = arriving(10.0, 10.0, speed=1.0)
+    action._go_on(0.1)
+    action.ways["M"] = 10.1
+    assert action._go_on(0.1)
