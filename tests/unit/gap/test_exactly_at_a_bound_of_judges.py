@@ -28,6 +28,7 @@ from pytest_dvp.logs.log import Log
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, SEGMENTS, World, a_search, a_trial
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.remainder_shape import RemainderShape
 
 EVEN = np.full(SEGMENTS, 20.0)
 
@@ -44,7 +45,8 @@ class Leaving:
 
     def __init__(self, whole: dict[str, float], less: dict[str, float], count: int) -> None:
         one = SimpleNamespace(residuals=lambda values: SimpleNamespace(count=np.full(8, count)))
-        self.target: Any = SimpleNamespace(excused=False, experiments=[one])
+        known = dict.fromkeys(CHANNELS, 1.0)
+        self.target: Any = SimpleNamespace(excused=False, experiments=[one], anew=lambda: known)
         self.final, self._less = (
             SimpleNamespace(values={}, fit=SimpleNamespace(residual=np.array([given.get(c, 0.0) for c in CHANNELS])))
             for given in (whole, less)
@@ -249,7 +251,7 @@ def test_twenty_standard_deviations_are_not_more_than_that() -> None:
 @pytest.mark.parametrize(("value", "imitated"), [(1.5, True), (1.501, False), (0.5, True), (0.499, False)])
 def test_a_size_that_is_just_what_the_remainder_imitates_is_imitated(value: float, imitated: bool) -> None:
     world = World({})
-    world.model.remainder_shape.imitates = {"drive_gain": {"g": 0.25}}
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": 0.25}})
     search = a_search(world, "drive_gain", "brake_gain")
     trial = a_trial(0.0, "drive_gain", values={DRIVE: value, BRAKE: value})
     assert is_imitated(search, trial, "drive_gain", 2.0) is imitated
@@ -337,6 +339,12 @@ def test_a_term_that_explains_just_a_twentieth_is_told_and_is_no_alternative() -
     )
     assert residual_signature._selected(sums, terms)[0] == [0]
     assert residual_signature._others(sums, terms, []) == []
+
+
+def test_an_alternative_to_the_first_term_may_be_one_that_was_chosen_later() -> None:
+    terms: Any = [SimpleNamespace(key=k, name=k, columns=np.zeros((3, 1))) for k in "abc"]
+    sums: Any = SimpleNamespace(held_out=lambda chosen: {0: 0.9, 1: 0.5, 2: 0.3}[chosen[0]])
+    assert [one["term"] for one in residual_signature._others(sums, terms, [1, 0])] == ["a", "c"]
 
 
 # --- dead times

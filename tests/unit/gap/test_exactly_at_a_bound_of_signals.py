@@ -362,3 +362,18 @@ def test_a_place_in_a_range_that_is_three_times_as_wide_is_straight() -> None:
     for high, by_ratio in ((3.0, False), (3.001, True)):
         assert Coordinate("effect", Key("k", "-", 1.0, high, 0.0, 0.1)).by_ratio is by_ratio
     assert not Coordinate("effect", Key("k", "-", 0.0, 9.0, 0.0, 0.1)).by_ratio
+
+
+@pytest.mark.parametrize(("late", "told"), [(0.0, False), (1.0, False), (1.5, True)])
+def test_a_car_may_answer_its_steering_up_to_a_second_late(
+    late: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A slalom of 2.32 rad/s: half a second more turns it by 66 degrees, and two fifths of the turns are left. One of
+    half that pace would lose as much in the first second, were it not taken out."""
+    for pace in (2.3186, 1.1593) if late <= 1.0 else (2.3186,):
+        t = 0.02 * np.arange(3000)
+        steer = 0.2 * np.sin(pace * t)
+        rate = 8.0 * np.tan(0.2 * np.sin(pace * (t - late))) / 2.5
+        v, moving = np.full(3000, 8.0), np.ones(3000, dtype=bool)
+        said = turning(monkeypatch, 3000, t=t, step=0.02, v=v, yaw_rate=rate, steer=steer, moving=moving)
+        assert bool(said) is told

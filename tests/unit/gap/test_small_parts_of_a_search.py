@@ -392,3 +392,27 @@ def test_experiments_are_judged_one_after_the_other() -> None:
     assert not both.excused
     b.model.remainder = {"v": 0.1}
     assert both.excused
+
+
+def test_an_effect_means_something_only_if_it_is_certain_unless_nobody_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = a_search(World({}), "drive_gain")
+    trial = a_trial(900.0, "drive_gain", values={("drive_gain", "g"): 0.8})
+    monkeypatch.setattr(module, "intervals", lambda fit, starts: {("drive_gain", "g"): (0.5, 1.1)})
+    assert not search.is_credible(trial, "drive_gain")
+    assert search.is_credible(trial, "drive_gain", certain=False)
+    monkeypatch.setattr(module, "intervals", lambda fit, starts: {("drive_gain", "g"): (0.75, 0.85)})
+    assert search.is_credible(trial, "drive_gain")
+
+
+def test_points_of_a_grid_at_which_a_form_moves_nothing_are_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    joint: Any = object.__new__(_Joint)
+    joint.forms = {"a": Form("a", (), lambda s, p: {}, (1.0, 2.0, 3.0))}
+    joint.fold = np.array([0, 1, 2, 3, 4])
+    rest = np.array([2.0, 0.0, 0.0, 0.0, 0.0])
+    made = {1.0: None, 2.0: np.array([[2.0], [0.0], [0.0], [0.0], [0.0]]), 3.0: np.full((5, 1), 1.0)}
+    monkeypatch.setattr(_Joint, "columns", lambda self, name, p: made[p])
+    assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0, 2.0)
+    made[2.0] = None
+    assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0 - 5.0, 3.0)
+    made[3.0] = None
+    assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) is None
