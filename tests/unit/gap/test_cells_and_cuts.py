@@ -37,8 +37,8 @@ def test_directions_are_eighths_of_a_turn_whichever_way_it_was_counted(cells: An
 @pytest.mark.parametrize("wide", [False, True])
 def test_places_are_squares_of_a_thirtysecond_of_the_longer_side(wide: bool, cells: Any) -> None:
     """A map of 64 m: squares of 2 m; two logs share them."""
-    long, short = np.array([0.5, 1.9, 2.1, 64.5]), np.array([0.1, 1.9, 0.1, 0.1])
-    again, beside = np.array([1.0, 1.0]), np.array([0.5, 2.1])
+    long, short = np.array([0.5, 1.99, 2.01, 64.5]), np.array([0.1, 1.99, 0.1, 0.1])
+    again, beside = np.array([1.0, 1.0]), np.array([0.5, 2.01])
     first = {"x": long, "y": short} if wide else {"x": short, "y": long}
     second = {"x": again, "y": beside} if wide else {"x": beside, "y": again}
     a, b, c, d, e, f = cells(recurrence.at_same_place, first, second)

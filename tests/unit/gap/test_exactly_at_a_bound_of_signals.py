@@ -312,16 +312,18 @@ class Chooser:
 
 
 @pytest.mark.parametrize(
-    ("level", "held", "taken"),
-    [(2000.0, 190, True), (1999.0, 190, False), (2000.0, 191, False)],
-)
+    ("level", "before", "held", "taken"),
+    [(2000.0, 200, 190, True), (1999.0, 200, 190, False), (2000.0, 200, 191, False),
+     (2000.0, 50, 45, True), (2000.0, 50, 46, False), (2000.0, 100, 95, True)],
+)  # fmt: skip
 def test_a_rival_is_taken_for_five_percent_from_twice_the_noise_on(
-    level: float, held: int, taken: bool, monkeypatch: pytest.MonkeyPatch
+    level: float, before: int, held: int, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Of 100 samples: 5 % of what is left, or of the samples where less than the noise is left."""
     monkeypatch.setattr(held_out_choice, "refit_on_fold", lambda search, fold, trial: trial)
     monkeypatch.setattr(held_out_choice, "whole_actuators", lambda search, final: iter(()))
     judge: Any = SimpleNamespace(count=100, whitened=lambda values: np.ones(values["held"]))
-    search: Any = Chooser(level, {"a": 200, "b": held})
+    search: Any = Chooser(level, {"a": before, "b": held})
     found = chosen(search, SearchResult(search.trial(("a",)), {"a": ("b",)}, ()), (Fold(None, judge),))
     assert found.final.names == (("b",) if taken else ("a",))
 

@@ -259,6 +259,14 @@ def test_what_is_like_a_missing_part_may_give_way_to_it() -> None:
     assert len(kept) == 2 * kept.count(True)
 
 
+def test_what_is_not_like_a_missing_part_stays() -> None:
+    search = Fitter({"mass steer_lag steer_rate_limit steer_delay": 10.0}, more=("mass",))
+    now = search.trial(("mass", "steer_lag", "steer_rate_limit"), {("mass", "ratio"): 1.2, LAG: 0.2, RATE: 0.5})
+    (found,) = whole_actuators.whole_actuators(search, now)  # type: ignore[arg-type]
+    assert found.names == ("mass", "steer_lag", "steer_rate_limit", "steer_delay")
+    assert all(start["mass", "ratio"] == 1.2 for start in search.begun)
+
+
 # --- effects of perception that are added
 
 MODEL = parse_model("[parameters]\nwheelbase = 2.5\n")

@@ -313,6 +313,18 @@ def test_the_sharper_of_two_waves_comes_first() -> None:
     assert first.share > 0.9 > second.share
 
 
+@pytest.mark.parametrize(("cycles", "found"), [(2.0, True), (3.9, True), (4.2, False)])
+def test_a_wave_over_the_way_is_a_quarter_of_a_metre_or_longer(cycles: float, found: bool) -> None:
+    """It is looked for on cells of 5 cm from where the log begins."""
+    t = 0.02 * np.arange(4000)
+    way = np.where(t < 40.0, 0.5 * t, 20.0 + 0.3 * (t - 40.0))
+    error = np.sin(2.0 * np.pi * cycles * way)
+    peak = next(one for one in peaks([error], [t], [way]) if one.kind == "distance")
+    assert (peak.share > 0.9 and peak.frequency == pytest.approx(cycles, rel=0.01)) is found
+    cells = 0.05 * np.arange(640)  # 32 m
+    assert peak == _peak("distance", "1/m", [np.interp(cells[cells < way[-1]], way, error)], 0.05, 4.0)
+
+
 # --- what a value may depend on
 
 

@@ -310,7 +310,9 @@ def test_a_constant_stands_twenty_standard_deviations_before_what_changes(apart:
     search = a_search(world, "brake_gain", refiners=("brake_fade",))
     final = search.trial(("brake_gain",), {BRAKE: 0.9})
     assert changing_instead(search, final) == ({"brake_gain": ("brake_fade",)} if changes else {})
-    other = a_search(World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}), "drive_gain", refiners=("brake_fade",))
+    same = Fading({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9})
+    same.apart = 0.0
+    other = a_search(same, "drive_gain", refiners=("brake_fade",))  # which refines no drive
     assert changing_instead(other, other.trial(("drive_gain",), {DRIVE: 0.9})) == {}
 
 

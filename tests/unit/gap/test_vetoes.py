@@ -260,10 +260,13 @@ def test_a_zero_that_not_even_the_run_itself_shows_goes_and_the_judges_are_the_g
     assert left.found.rivals == {}
 
 
-@pytest.mark.parametrize(("shift", "out"), [(0.00139, True), (0.0015, False)])
-def test_a_zero_of_its_own_must_gain_a_hundredth(shift: float, out: bool) -> None:
-    """chi^2 2000 at 0.02 is 10 in 1000 samples at 0.02 sqrt(1/200) = 0.001414."""
-    search, found = named((GYRO, 2.0))
+@pytest.mark.parametrize(
+    ("level", "shift", "out"), [(1.0, 0.00139, True), (1.0, 0.0015, False), (4.0, 0.0028, True), (4.0, 0.0029, False)]
+)
+def test_a_zero_of_its_own_must_gain_a_hundredth(level: float, shift: float, out: bool) -> None:
+    """chi^2 2000 at 0.02 is 10 in 1000 samples at 0.02 sqrt(1/200) = 0.001414; where four times the noise is left it is
+    a hundredth of that, at twice the shift."""
+    search, found = named((GYRO, 2.0), noise=np.sqrt(level) * NOISE)
     left = after(search, found, loses(GYRO, 1.0), apart=lambda: (zero_of_the_day(shift, shift),))
     assert left.vetoed == (("gyro_bias",) if out else ())
 
