@@ -289,7 +289,7 @@ class _Seen:
         never = 0.5 * float(likelihood[-1] - n * log(0.5)) if n else 0.0
         gained = float(likelihood[best] - likelihood[-1]) if n else 0.0
         # A range is a border with hardly anything seen beyond it, and enough not seen in several blocks
-        unseen = len(np.unique(self.block[best:][~self.seen[best:]])) if best < n else 0
+        unseen = len(np.unique(self.block[best:][~self.seen[best:]]))
         if best == 0 or best == n or gained < 10.0 or unseen < 2:
             return inf, float(self.far[self.seen].max(initial=0.0)), inf, 0.0, never
         likely = np.flatnonzero(likelihood > likelihood[best] - _BORDER)

@@ -10,15 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.manoeuvres import advice, discrimination, plan_folder, simulated_drive
+from pytest_dvp.gap.manoeuvres import advice, discrimination, plan_folder, rehearsal, simulated_drive
 from pytest_dvp.gap.manoeuvres.advice import _fitted, _hypotheses, advise, between
 from pytest_dvp.gap.manoeuvres.choice import PlanError, RehearsalInputs
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, _Looked, decide
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
+from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, closest_values
 from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, drive, perform
 from pytest_dvp.gap.manoeuvres.simulated_driver import DriverDemand, Motion
 from tests.unit.gap.drivers import ENVELOPE, driver
 from vehicle.model.model_file import parse_model
+from vehicle.sensors.gnss import Gnss
+from vehicle.sensors.imu import InertialUnit
+from vehicle.sensors.odometry import WheelOdometry
 
 MODEL: Any = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\n")
 CAR: Any = SimpleNamespace(center_x=1.25, length=4.0, wheelbase=2.5)
@@ -389,3 +393,70 @@ def test_a_second_manoeuvre_is_looked_at_closely_if_it_promises_nine_tenths(
     assert looked == list(gaps)[:looked_at]
     assert found.ranking == gaps
     assert (found.repeats, found.weak, found.gap) == (1, False, 1.0)
+
+
+def test_a_rival_is_fitted_from_the_best_of_its_own_values_and_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For six rounds at most, while one gains a thousandth of the samples; what is sure beside stays."""
+    asked: list[Any] = []
+
+    def fitted(target: Any, coordinates: Any, begin: Any, *, fixed: Any, stop: Any = None) -> Any:
+        asked.append((target.experiments, coordinates, begin, fixed, stop))
+        return SimpleNamespace(chi2=7.0, values={("a", "k"): 2.5})
+
+    monkeypatch.setattr(rehearsal, "fit", fitted)
+    one = object.__new__(Rehearsal)
+    one.experiment = SimpleNamespace(  # type: ignore[assignment]
+        whitened=lambda values: np.array([values["a", "k"] - 3.0 + values["sure", "k"]])
+    )
+    one.shared, one.count = {("sure", "k"): 0.0}, 4000
+    candidate: Any = Candidate("a", 9.0, 4.0)
+    for own, begin in ((1.0, 4.0), (2.5, 2.5)):
+        assert one.refitted(Hypothesis(candidate, {("a", "k"): own})) == 7.0
+        experiments, coordinates, begun, fixed, stop = asked[-1]
+        assert (experiments, coordinates, fixed) == ((one.experiment,), candidate.coordinates, one.shared)
+        assert begun == {("a", "k"): begin}
+        assert (stop.rounds, stop.enough) == (6, pytest.approx(4.0))
+    assert closest_values(one, candidate) == {("a", "k"): 2.5}
+    assert asked[-1][2] == {("a", "k"): 4.0}
+
+
+def test_the_noise_of_a_usual_car_is_about_that_of_the_twin_s_own_sensors() -> None:
+    """No more than three times as much or as little: with metres for centimetres every manoeuvre would look weak."""
+    gnss, imu, wheels = (sensor(None, None) for sensor in (Gnss, InertialUnit, WheelOdometry))
+    assert gnss.yaw_sigma is not None
+    own = {"x": gnss.sigma, "y": gnss.sigma, "yaw": gnss.yaw_sigma, "v": wheels.sigma, "yaw_rate": imu.gyro_sigma,
+           "ax": imu.accel_sigma, "ay": imu.accel_sigma}  # fmt: skip
+    assert set(NOISE) == set(own)
+    for name, sigma in own.items():
+        assert sigma / 3.0 < NOISE[name] < 3.0 * sigma
+
+
+def test_effects_without_values_are_made_like_the_first_in_a_gentle_drive_about_town(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It is driven once, smaller than any other manoeuvre if need be, with the first one's values."""
+    driven: list[Any] = []
+
+    def gently(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any) -> Any:
+        driven.append((manoeuvre, values, sizes))
+        return "drive" if sizes[-1] == 0.4 else None
+
+    monkeypatch.setattr(discrimination, "perform", gently)
+    monkeypatch.setattr(RehearsalInputs, "rehearse", lambda self, drive, truth: (drive, truth))
+    monkeypatch.setattr(discrimination, "closest_values", lambda town, c: {(c.name, "k"): 0.5, town[0]: town[1]})
+    asked = RehearsalInputs(MODEL, {}, Envelope(), {("sure", "k"): 1.0}, ())
+    wanted: list[Any] = [Candidate("a", 1.0, 2.0, 3.0), Candidate("b", 1.0), Candidate("c", 1.0), Candidate("d", 1.0)]
+    own = {("c", "k"): 9.0}
+    found = discrimination._complete(asked, wanted, {"a": {}, "b": {}, "c": own, "d": {}})
+    assert [h.name for h in found] == ["a", "b", "c", "d"]
+    first = {("a", "k"): 2.0}  # the middle of its points
+    assert found[0].values == first
+    assert found[1].values == {("b", "k"): 0.5, "drive": first}
+    assert found[2].values == own
+    assert found[3].values == {("d", "k"): 0.5, "drive": first}
+    assert [(m.name, values, sizes[:4]) for m, values, sizes in driven] == [
+        (discrimination.CITY.name, {("sure", "k"): 1.0} | first, simulated_drive.SIZES)
+    ]
+    monkeypatch.setattr(discrimination, "perform", lambda *asked: None)
+    with pytest.raises(PlanError, match="not even a gentle drive keeps within the envelope; widen it"):
+        discrimination._complete(asked, wanted, {"a": {}, "b": {}, "c": {}, "d": {}})

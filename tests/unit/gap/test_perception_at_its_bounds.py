@@ -15,6 +15,7 @@ from pytest_dvp.gap.perception.box_fit import _of_object
 from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, _known, frames
 from pytest_dvp.gap.perception.diagnose_perception import (
     _differs,
+    _likelihood,
     _Seen,
     diagnose_perception,
     perceived_in,
@@ -188,6 +189,14 @@ def test_objects_left_out_move_a_border_that_lies_between_rows_of_uneven_distanc
     borders = np.array([50.0, 39.5])
     expected = 1.96 * np.sqrt(0.5 * np.sum((borders - borders.mean()) ** 2))
     assert one._between_objects(43.5) == pytest.approx(expected)
+
+
+def test_a_border_behind_a_single_row_that_was_missed_is_as_likely_as_missing_everything_before_it() -> None:
+    """One of one missed: a share of 1, at most 0.9999; behind the border 30 rows that are not seen."""
+    found = _likelihood(np.zeros(31, dtype=bool))
+    assert found[0] == pytest.approx(31 * np.log(0.995))
+    assert found[1] == pytest.approx(np.log(0.9999) + 30 * np.log(0.995))
+    assert found[31] == pytest.approx(31 * np.log(0.9999))
 
 
 def test_angles_go_on_beyond_half_a_turn_and_what_is_not_known_is_nought() -> None:

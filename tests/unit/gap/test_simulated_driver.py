@@ -36,6 +36,7 @@ def test_a_turn_is_as_wide_as_the_car_needs_and_as_the_ground_lets_it() -> None:
 
 def test_the_ground_lies_about_the_start() -> None:
     d = driver()
+    assert d.car == Motion(0.0, 0.0, 0.0, 0.0)  # at rest, along x
     turn = d.radius + 4.0
     assert d.straight == pytest.approx(100.0 - 2.0 * turn)
     assert d.area == pytest.approx((-turn, d.straight + turn, d.radius - 30.0, d.radius + 30.0))
