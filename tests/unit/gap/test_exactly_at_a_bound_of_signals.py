@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.compare.compared_model import LogSubject
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.compare.smoothed_motion import Motion
 from pytest_dvp.gap.diagnose import chance_gain as chance
@@ -379,3 +380,14 @@ def test_a_car_may_answer_its_steering_up_to_a_second_late(
         v, moving = np.full(3000, 8.0), np.ones(3000, dtype=bool)
         said = turning(monkeypatch, 3000, t=t, step=0.02, v=v, yaw_rate=rate, steer=steer, moving=moving)
         assert bool(said) is told
+
+
+def test_another_log_is_known_on_its_stamps_also_beside_a_hole() -> None:
+    """Ten rows of 0.125 s, none for 10 s, and ten more: it is known at both ends of the hole and not in it."""
+    stamps = np.concatenate([1.0 + 0.125 * np.arange(10), 12.0 + 0.125 * np.arange(10)])
+    log = Log({"t": stamps, "v": stamps**2})
+    asked = np.array([0.5, 1.0, 1.0625, 2.125, 2.126, 7.0, 11.999, 12.0, 13.125, 13.2])
+    found = LogSubject(log).at(asked)[:, CHANNELS.index("v")]
+    middle = 0.5 * (1.0 + 1.125**2)
+    assert found == pytest.approx([np.nan, 1.0, middle, 2.125**2, *[np.nan] * 3, 144.0, 13.125**2, np.nan], nan_ok=True)
+    assert np.isnan(LogSubject(log).at(asked)[:, CHANNELS.index("x")]).all()
