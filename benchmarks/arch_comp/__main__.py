@@ -39,6 +39,8 @@ def main() -> int:
     parser.add_argument("--json", type=Path, help="where all trials are written")
     parser.add_argument("--out", type=Path, help="page in which the table is replaced")
     given = parser.parse_args()
+    if given.out and not given.out.is_file():
+        parser.error(f"--out {given.out}: there is no such page, in which a table could be replaced")
     warnings.filterwarnings("ignore", module="cma")
     trials: list[Trial] = []
     for problem in PROBLEMS:
