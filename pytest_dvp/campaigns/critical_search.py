@@ -19,8 +19,7 @@ the same find as an earlier one. Two points drawn at random are 0.41 apart: with
 dimensions."""
 FINDS = 2  # failures with which a round has found its place: where it starts, and that it was no single point
 EVEN = 0.2  # share of the budget for the even sample that shows where to begin; at least two drives for each axis
-STALE = 6  # batches in a row that bring the score no nearer to a failure, after which a round ends
-NEARER = 0.1  # of the score that was left: what falls by less in STALE batches creeps down a slope that may end above 0
+STALE = 6  # batches in a row that bring no lower score, after which a round ends
 DULL = 1.0  # score of a drive that measured nothing: as far from failing as a bound that is not used at all
 
 
@@ -65,7 +64,6 @@ class _Search:
             searcher.learn([self._point(at) for at, _ in known], [self._score(at, row) for at, row in known])
         finds: list[Shares] = []
         best, stale, lowest = math.inf, 0, start
-        left = math.inf  # the score at which the round was last seen to come nearer
         while stale < STALE and len(finds) < FINDS and (points := searcher.ask()):
             shares = [tuple(point[knob.name] for knob in self._knobs) for point in points]
             rows = self._drive(shares)
@@ -74,10 +72,9 @@ class _Search:
             scores = [self._score(at, row) for at, row in zip(shares, rows, strict=True)]
             finds += [at for at, row, s in zip(shares, rows, scores, strict=True) if row.failed and s < 0.0]
             k = min(range(len(scores)), key=lambda i: (scores[i], i))
+            stale = 0 if scores[k] < best else stale + 1
             if scores[k] < best:
                 best, lowest = scores[k], shares[k]
-            is_nearer = math.isinf(left) or best < left - NEARER * abs(left)
-            left, stale = (best, 0) if is_nearer else (left, stale + 1)
             searcher.tell(points, scores)
         self._behind += finds
         self._ended += [] if finds else [lowest]

@@ -12,7 +12,6 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
-from pytest_dvp.campaigns import critical_search  # noqa: E402
 from pytest_dvp.campaigns.critical_search import apart, search  # noqa: E402
 from pytest_dvp.campaigns.hypothesis_search import search_by_hypothesis  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
@@ -69,42 +68,6 @@ def test_a_failure_beside_the_least_margin_is_found_after_the_round_that_ended_t
             rows = search(planted.campaign(tmp_path, store, beside_the_least, "abc"), "gaussian_process", 250, seed)
         found += any(row.failed for row in rows)
     assert found >= 1  # none, where such a place was pushed away from
-
-
-class Stepping:
-    """A searcher that asks for one point after the other."""
-
-    def __init__(self, number: int) -> None:
-        self.asked, self._number = 0, number
-
-    def ask(self) -> list[dict[str, float]]:
-        self.asked += 1
-        return [{"0": (self._number + 0.01 * self.asked) / 100.0}]
-
-    def tell(self, points: object, scores: object) -> None: ...
-
-
-@pytest.mark.parametrize(("step", "batches"), [(0.018, 27), (0.016, 7)])
-def test_a_round_that_only_creeps_nearer_to_a_failure_ends(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: float, batches: int
-) -> None:
-    """0.982^6 is 0.897, 0.984^6 is 0.908: within six batches a tenth of the score has to go."""
-    made: list[Stepping] = []
-
-    def make(*options: object) -> Stepping:
-        made.append(Stepping(len(made)))
-        return made[-1]
-
-    driven: list[str] = []
-
-    def work(order: Drive) -> Row:
-        driven.append(order.key)
-        return planted.row(order, (1.0 - step) ** len(driven))
-
-    monkeypatch.setattr(critical_search, "make_searcher", make)
-    with Store(tmp_path / "out", writes=True) as store:
-        search(planted.campaign(tmp_path, store, work, "a"), "descent", 32, 3)
-    assert made[1].asked == batches  # the first one made only shows that it can be
 
 
 def test_a_bandit_finds_a_ball_sooner_than_chance(tmp_path: Path) -> None:
