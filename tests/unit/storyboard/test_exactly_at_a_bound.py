@@ -12,7 +12,10 @@ from openscenario.storyboard.actions.synchronize import Synchronize
 from openscenario.storyboard.conditions.contact import collision, end_of_road, off_road
 from openscenario.storyboard.conditions.distance import reach_position, time_headway
 from openscenario.storyboard.conditions.values import element_state
+from openscenario.storyboard.ground import Ground
+from openscenario.storyboard.limits import Limits
 from openscenario.storyboard.motion import BEAT, move
+from openscenario.storyboard.speed_curve import curve
 from openscenario.storyboard.trailers import couple, couple_named, couples, draw
 
 from .bodies import car
@@ -58,15 +61,23 @@ def test_boxes_collide_with_the_one_that_is_named_from_where_they_touch(x: float
     assert collision(by_name, a, scope)() is holds
 
 
-def test_a_long_box_is_met_far_from_its_reference_point() -> None:
-    """20 m long, its middle 9 m ahead: it ends 19 m ahead of its reference point, where the other one stands."""
-    a, b = car("A"), car("B")
-    b.length, b.center_x = 20.0, 9.0
-    b.put(-19.5, 0.0, 0.0, 0.0)
+@pytest.mark.parametrize("mine", [False, True])
+@pytest.mark.parametrize(
+    ("length", "width", "center", "x", "y"),
+    [(20.0, 2.0, 40.0, 49.5, 0.0), (90.0, 2.0, 1.0, 45.5, 0.0), (4.0, 60.0, 1.0, 0.0, 30.5)],
+)
+def test_a_large_box_is_met_far_from_its_reference_point(
+    length: float, width: float, center: float, x: float, y: float, mine: bool
+) -> None:
+    """Its end is half a metre beyond the reference point of the other one, whichever of both is asked; 4 m less is not
+    enough."""
+    large, other = car("A" if mine else "B"), car("B" if mine else "A")
+    large.length, large.width, large.center_x = length, width, center
     element: Any = SimpleNamespace(target=SimpleNamespace(type="vehicle"))
-    assert collision(element, a, around(a, b))()
-    b.put(-21.0, 0.0, 0.0, 0.0)
-    assert not collision(element, a, around(a, b))()
+    for more, meets in ((0.0, True), (4.0, False)):
+        other.put(x + more if x else 0.0, y + more if y else 0.0, 0.0, 0.0)
+        entity = large if mine else other
+        assert collision(element, entity, around(large, other))() is meets
 
 
 def test_off_the_road_and_at_its_end_the_duration_counts_from_when_it_began() -> None:
@@ -117,6 +128,73 @@ def test_a_transition_is_seen_once_in_its_step_or_the_next(monkeypatch: pytest.M
 
 
 # --- motion
+
+
+@pytest.mark.parametrize(
+    ("sense", "drift", "pose"),
+    [
+        (1.0, 0.0, (0.5, 0.25, 0.125)),
+        (-1.0, 0.0, (0.5 - math.pi, -0.25, -0.125)),  # who faces the other way goes down, and leans to the other side
+    ],
+)
+def test_a_body_has_the_slope_of_its_lane_as_it_faces(sense: float, drift: float, pose: tuple[float, ...]) -> None:
+    entity = car()
+    entity.sense, entity.drift = sense, drift
+    Ground(None)._pose(entity, 1.0, 2.0, 3.0, 0.5, 0.25, 0.125)
+    assert (entity.h, entity.pitch, entity.roll) == pytest.approx(pose)
+    assert (entity.x, entity.y, entity.z) == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_body_that_is_turned_across_a_slope_leans_by_it(sense: float) -> None:
+    """A quarter of a turn, of which 0.5 rad by its drift: what was the slope ahead is the roll, and the other way."""
+    entity = car()
+    entity.sense, entity.twist, entity.drift = sense, 0.5 * math.pi - 0.5, 0.5
+    Ground(None)._pose(entity, 0.0, 0.0, 0.0, 0.0, 0.25, 0.0)
+    assert abs(entity.pitch) == pytest.approx(0.0, abs=1e-9)
+    assert abs(entity.roll) == pytest.approx(0.25)
+    assert entity.h == pytest.approx(sense * 0.5 * math.pi)
+    level = car()
+    level.sense, level.twist, level.drift = sense, 0.25, 0.5
+    Ground(None)._pose(level, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert math.remainder(level.h - (0.75 if sense > 0.0 else math.pi + 0.75), math.tau) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("lane", "road", "limited"), [(0.5, math.inf, 0.5), (0.5, 0.5, 0.25), (1.0, math.inf, None), (1.5, 1.2, None),
+                                  (1.5, 0.5, 0.75), (0.999, 1.0, 0.999)],
+)  # fmt: skip
+def test_a_lane_as_good_as_a_dry_one_limits_nobody(
+    lane: float, road: float, limited: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ground = Ground(None)
+    ground.network = SimpleNamespace(  # type: ignore[assignment]
+        states_friction=True, lane_friction=lambda road, number, s: lane
+    )
+    monkeypatch.setattr(Ground, "track", lambda self, entity: True)
+    entity, walker = car(), car("W", kind="pedestrian")
+    entity.able = walker.able = (30.0, 40.0)
+    walker.kind = "pedestrian"
+    ground.spread_friction([entity, walker], road)
+    most = math.inf if limited is None else limited * 9.81
+    assert entity.max_acceleration == pytest.approx(min(30.0, most), rel=1e-3)
+    assert entity.max_deceleration == pytest.approx(min(40.0, most), rel=1e-3)
+    assert walker.max_acceleration == 3.0  # as its file says
+
+
+@pytest.mark.parametrize(("rise", "fall"), [(0.5, 0.25), (0.25, 0.5)])
+def test_a_small_jerk_is_a_limit_and_none_at_all_is_a_stop(rise: float, fall: float) -> None:
+    """From 0 to 4 m/s: up with `rise`, down with `fall`, so that a rise of r t^2/2 + f (r t/f)^2/2 = 4 m/s."""
+    free = Limits(speed=50.0, up=5.0, down=10.0, rise=rise, fall=fall)
+    pieces = curve(((0.0, 0.0), (1.0, 4.0)), 0.0, free)
+    first = math.sqrt(8.0 / (rise + rise * rise / fall))
+    assert pieces[-1].time == pytest.approx(first * (1.0 + rise / fall))
+    assert pieces[-1].speed == pytest.approx(4.0)
+    for none in ({"rise": 0.0}, {"fall": 0.0}):
+        stuck = curve(((0.0, 0.0), (1.0, 4.0)), 0.0, free._replace(**none))
+        assert [(piece.time, piece.speed) for piece in stuck] == [(0.0, 0.0), (math.inf, 4.0)]
+        (alone,) = curve(((0.0, 3.0),), 0.0, free._replace(**none))
+        assert (alone.time, alone.speed) == (0.0, 3.0)
 
 
 def on_no_road(entity: Any) -> Any:
