@@ -8,10 +8,14 @@ from typing import Any
 
 import pytest
 
+from openscenario import model
+from openscenario.storyboard.actions.speed import Speed
 from openscenario.storyboard.actions.synchronize import Synchronize
 from openscenario.storyboard.conditions.contact import collision, end_of_road, off_road
 from openscenario.storyboard.conditions.distance import reach_position, time_headway
+from openscenario.storyboard.conditions.motion import acceleration
 from openscenario.storyboard.conditions.values import element_state
+from openscenario.storyboard.dynamics import Transition
 from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.limits import Limits
 from openscenario.storyboard.motion import BEAT, move
@@ -226,6 +230,43 @@ def test_an_action_has_the_first_place_in_a_file_unless_another_is_said() -> Non
     entity.hold("longitudinal", runner, 3)
     entity.hold("longitudinal", None)
     assert (entity.longitudinal_order, entity.longitudinal) == (3, None)
+
+
+@pytest.mark.parametrize(
+    ("direction", "value"), [("longitudinal", 3.0), ("lateral", 4.0), ("vertical", 0.0), (None, 5.0)]
+)
+def test_an_acceleration_has_parts_ahead_and_to_the_left_and_a_size(direction: Any, value: float) -> None:
+    """3 m/s^2 ahead; within half a second 2 m/s more to its left, which is where the map's x decreases."""
+    entity = car()
+    entity.h, entity.ax = 0.5 * math.pi, 3.0
+    scope = around(entity)
+    for more, holds in ((-0.01, True), (0.01, False)):
+        element: Any = SimpleNamespace(rule="greaterThan", value=value + more, direction=direction)
+        scope.board.time, entity.vx, entity.vy = 1.0, 1.0, 7.0
+        test = acceleration(element, entity, scope)
+        test()
+        scope.board.time, entity.vx = 1.5, -1.0
+        assert test() is holds
+
+
+@pytest.mark.parametrize(("start", "changed"), [(0.5, True), (0.0, True), (-0.5, False)])
+def test_a_target_that_moves_changes_the_time_of_a_way_that_does_not_turn_round(start: float, changed: bool) -> None:
+    """Half of 12 m is left, of a line of 10 s to 1 m/s of which half is over; its target is now 1.5 m/s."""
+    entity = car()
+    element: Any = SimpleNamespace(
+        speed_action_dynamics=SimpleNamespace(
+            dynamics_shape="linear", dynamics_dimension="distance", value=12.0, following_mode=None
+        ),
+        speed_action_target=model.AbsoluteTargetSpeed(value=1.0),
+    )
+    action = Speed(element, entity, SimpleNamespace(entities={}))  # type: ignore[arg-type]
+    action._change = Transition("linear", 10.0, start, 1.0)
+    action._change.elapsed = 5.0
+    entity.travelled, action._began = 6.5, 0.5
+    action._retarget(1.5)
+    mean = 0.5 * (0.5 * (start + 1.5) + 1.5)  # m/s, over what is left of the line to the new target
+    assert action._change.span == pytest.approx(2.0 * 6.0 / mean if changed else 10.0)
+    assert action._change.elapsed == pytest.approx(0.5 * action._change.span)
 
 
 # --- trailers

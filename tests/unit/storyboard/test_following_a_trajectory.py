@@ -60,6 +60,8 @@ def test_one_is_put_on_the_first_point_which_is_no_motion(make: Make) -> None:
     assert scene.runner.start() is False
     assert scene.place() == (10.0, 0.0)
     assert scene.entity.vx == scene.entity.vy == 0.0
+    short = Scene(make, vertices(spot(10.0, 0.0), spot(10.5, 0.0)))
+    assert short.runner.start() is False  # half a metre is a way
     near = Scene(make, vertices(spot(9.0005, 0.0), spot(12.0, 0.0)))
     near.entity.vx = 2.0
     near.runner.start()

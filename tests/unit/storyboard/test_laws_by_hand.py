@@ -240,6 +240,10 @@ def test_who_follows_an_offset_draws_nearer_no_faster_than_it_can_stop() -> None
     assert action._kept(0.5, 1.0, 0.1) == 0.5  # the step before has brought it
     assert action._kept(0.5, 1.0, 0.1) == pytest.approx(0.51)
     assert action._kept(0.51, 1.0, 0.1) == pytest.approx(0.53)
+    action = offsetter(limit=2.0)
+    action._kept(0.0, 0.09, 0.01)
+    action._rate = 0.6  # as fast as it may be to stop there: sqrt(2 * 2 * 0.09)
+    assert action._kept(0.0, 0.09, 0.01) == pytest.approx(0.006)
     action = offsetter(limit=100.0)
     action._kept(0.5, 1.0, 0.1)
     assert action._kept(0.5, 1.0, 0.1) == pytest.approx(1.0)  # no farther than it is
