@@ -391,6 +391,11 @@ def test_a_second_manoeuvre_is_looked_at_closely_if_it_promises_nine_tenths(
     hypotheses = {"drive_gain": {("drive_gain", "g"): 0.9}, "mass": {("mass", "ratio"): 1.1}}
     found = decide(MODEL, hypotheses, manoeuvres=[SimpleNamespace(name=name) for name in gaps])  # type: ignore[misc, arg-type]
     assert looked == list(gaps)[:looked_at]
+    for pair, weak in ((("drive_gain", "near"), True), (("mass", "near"), False)):  # near the first one, or another
+        monkeypatch.setattr(Look, "gaps", lambda self, repeats, pair=pair: {pair: 0.049})
+        one = [SimpleNamespace(name="first")]
+        assert decide(MODEL, hypotheses, manoeuvres=one).weak is weak  # type: ignore[arg-type]
+    monkeypatch.setattr(Look, "gaps", lambda self, repeats: {})
     assert found.ranking == gaps
     assert (found.repeats, found.weak, found.gap) == (1, False, 1.0)
 

@@ -108,6 +108,8 @@ def test_a_drive_about_town_is_gentle() -> None:
     assert swerve is not None
     assert swerve(1.25) == pytest.approx(d.angle(v, 0.2 * d.lateral))
     assert swerve(2.5) == pytest.approx(0.0, abs=1e-12)
+    wide = listened(city, envelope=Envelope(max_speed=40.0, length=2000.0))
+    assert wide.wanted[0].speed == 7.0  # 25 km/h, however much room there is
 
 
 def test_shapes_of_the_steering() -> None:

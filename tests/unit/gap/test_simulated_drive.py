@@ -78,6 +78,17 @@ def test_no_corner_of_the_car_leaves_the_ground() -> None:
                 assert violations(*drive_of(1.0, yaw=yaw, **place), ENVELOPE, BIG, CAR) == words
 
 
+@pytest.mark.parametrize("yaw", [0.5, -0.5, math.pi - 0.5, 0.5 - math.pi])
+def test_of_a_car_that_stands_at_an_angle_each_corner_counts(yaw: float) -> None:
+    """Each of the four is the one that lies farthest to the left, or to the right, at one of these headings."""
+    corners = [(CAR.center_x + a * 0.5 * CAR.length, b * 0.5 * CAR.width) for a in (1.0, -1.0) for b in (1.0, -1.0)]
+    across = [u * math.cos(yaw) - w * math.sin(yaw) for u, w in corners]
+    for border, reach in ((-50.0, min(across)), (50.0, max(across))):
+        for off, told in ((-0.01, False), (0.01, True)):
+            x = border - reach + off * math.copysign(1.0, border)
+            assert bool(violations(*drive_of(1.0, yaw=yaw, x=x), ENVELOPE, BIG, CAR)) is told
+
+
 def test_an_acceleration_becomes_shares_of_full_pedals() -> None:
     inputs = Inputs(
         longitudinal=("throttle_cmd", "brake_pressure"), full_throttle=2.5, full_brake=8.0, full_pressure=60.0

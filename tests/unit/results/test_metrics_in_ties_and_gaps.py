@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -113,6 +114,15 @@ def test_who_is_just_before_the_bumper_counts_unless_it_is_asked_for_beyond(name
     assert compute(name, log, beyond=0.4).valid
 
 
+def test_an_estimate_without_any_error_is_worst_where_it_is_known() -> None:
+    t = times()
+    log = log_of(columns={"ads.v": np.where(t < 2.0, np.nan, 0.0)})
+    found = compute("speed_error", log)
+    assert found.value == 0.0
+    assert found.t is not None
+    assert found.t >= 2.0
+
+
 # --- the task
 
 
@@ -161,6 +171,23 @@ def test_a_diagnosis_is_advised_if_a_gate_failed_and_both_the_log_and_the_model_
     assert gap_command(failed("PASS"), (twin, None), (car, file)) == ""
     assert gap_command(failed(), (twin, None), (car, None)) == ""
     assert gap_command(failed(), (bare, None), (car, file)) == ""
+
+
+def test_the_model_that_is_advised_has_the_digest_of_the_twin_s_one(tmp_path: Any) -> None:
+    """The user's own file if it is the one, else one of its name beside the folder of runs; else none is named."""
+    given, beside = tmp_path / "mine.toml", tmp_path / "project" / "car.toml"
+    beside.parent.mkdir()
+    for file in (given, beside):
+        file.write_text("[model]\n")
+    other = tmp_path / "other.toml"
+    other.write_text("[model]\nname = 'x'\n")
+    about = {"toml": "x", "file": "somewhere/car.toml", "sha256": hashlib.sha256(b"[model]\n").hexdigest()}
+    twin, car = log_of(meta={"model": about}), (log_of(), tmp_path / "car.mcap")
+    place = beside.parent / "runs" / "1"
+    assert f"--model {given} " in gap_command(failed(), (twin, place), car, given) + " "
+    assert f"--model {beside} " in gap_command(failed(), (twin, place), car, other) + " "
+    assert "which is not here" in gap_command(failed(), (twin, None), car, other)
+    assert "which is not here" in gap_command(failed(), (twin, None), car)
 
 
 @pytest.fixture
