@@ -128,6 +128,10 @@ def test_effects_are_told_in_the_order_of_what_they_explain_with_their_shares(mo
     samples = told.samples
     assert (samples.count, samples.independent, samples.slides, samples.left_out) == (ROWS, 500.0, 0.25, 0.125)
     assert told.remainder == {"v": {"all": 0.1}}
+    document = told.as_dict()
+    assert document["chi2_per_n"]["fit"] == {"before": pytest.approx(2.3), "after": pytest.approx(1.0, abs=1e-3)}
+    assert document["error"]["fit"]["before"] == dict(told.ladder[0].rmse)
+    assert document["error"]["fit"]["after"] == dict(told.ladder[2].rmse)
     assert "segments" not in course.asked  # near the noise no draws are needed
 
 

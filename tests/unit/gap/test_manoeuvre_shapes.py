@@ -110,6 +110,8 @@ def test_a_drive_about_town_is_gentle() -> None:
     assert swerve(2.5) == pytest.approx(0.0, abs=1e-12)
     wide = listened(city, envelope=Envelope(max_speed=40.0, length=2000.0))
     assert wide.wanted[0].speed == 7.0  # 25 km/h, however much room there is
+    narrow = listened(city, envelope=Envelope(max_speed=40.0, length=70.0))
+    assert narrow.wanted[0].speed == narrow.fitting(5.0) < min(7.0, narrow.fitting(4.0))
 
 
 def test_shapes_of_the_steering() -> None:

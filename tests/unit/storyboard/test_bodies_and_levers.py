@@ -257,12 +257,15 @@ def test_pedals_change_the_speed_by_their_share(levers: Any, gear: str, before: 
 @pytest.mark.parametrize(("wheelbase", "angle", "turn"), [(2.5, 0.3, 4.0 * math.tan(0.3) / 2.5),
                                                           (0.0, 0.3, 4.0 * math.tan(0.3) / 2.4),
                                                           (2.5, 0.9, 4.0 * math.tan(0.6) / 2.5),
+                                                          (-1.0, 0.1, 4.0 * math.tan(0.1)),
                                                           (2.5, -0.9, -4.0 * math.tan(0.6) / 2.5),
                                                           (2.5, 0.0, 0.0)])  # fmt: skip
 def test_a_held_wheel_drives_an_arc(wheelbase: float, angle: float, turn: float) -> None:
-    """8 m/s for 0.5 s; where the file states no axle, 0.6 of the length, and 0.6 rad at most."""
+    """8 m/s for 0.5 s; where the file states no axle, 0.6 of the length (without one, -1 here, 1 m), and 0.6 rad at
+    most."""
     entity = car()
-    entity.wheelbase, entity.h = wheelbase, 0.25
+    entity.wheelbase, entity.h = max(wheelbase, 0.0), 0.25
+    entity.length = 0.0 if wheelbase < 0.0 else entity.length
     entity.jump_to_speed(8.0)
     stood: list[Any] = []
     held_controls._steer(entity, angle, 0.5, SimpleNamespace(stand=stood.append))  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from openscenario import model
+from openscenario.storyboard import drivers
 from openscenario.storyboard.actions.speed import Speed
 from openscenario.storyboard.actions.synchronize import Synchronize
 from openscenario.storyboard.conditions.contact import collision, end_of_road, off_road
@@ -267,6 +268,22 @@ def test_a_target_that_moves_changes_the_time_of_a_way_that_does_not_turn_round(
     mean = 0.5 * (0.5 * (start + 1.5) + 1.5)  # m/s, over what is left of the line to the new target
     assert action._change.span == pytest.approx(2.0 * 6.0 / mean if changed else 10.0)
     assert action._change.elapsed == pytest.approx(0.5 * action._change.span)
+
+
+@pytest.mark.parametrize(("keeps", "held", "back"), [(True, False, True), (False, False, False), (True, True, False)])
+def test_a_driver_goes_back_to_the_middle_if_it_keeps_lanes_and_no_action_does(
+    keeps: bool, held: bool, back: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1 m off, with a time constant of 2 s: 0.05 m in 0.1 s."""
+    monkeypatch.setattr(drivers, "queues", lambda entities, ground: {})
+    entity = car()
+    entity.driver = SimpleNamespace(at_work=True, longitudinal=False, lateral=keeps, wished=None, headway=None)
+    entity.lateral = SimpleNamespace() if held else None
+    entity.offset, entity.sense, entity.active = 1.0, 1.0, True
+    entity.speed = entity.speed_before = 10.0
+    scope = around(entity, ground=SimpleNamespace(network=object(), track=lambda e: True))
+    drivers.drive(scope.board, 0.1)
+    assert entity.offset == pytest.approx(0.95 if back else 1.0)
 
 
 # --- trailers

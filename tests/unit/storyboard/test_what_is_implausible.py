@@ -123,6 +123,9 @@ def test_across_a_lane_that_bends_counts_from_its_mean_direction() -> None:
     watch, after = watching(), seen(math.cos(0.1), math.sin(0.1), lane=0.2)
     watch._aside(car(), seen(), after, DT, [_Constraint("Shift", Limits(speed=1.0), True)])
     assert after.aside == pytest.approx(0.0, abs=1e-12)
+    west = seen(math.cos(math.pi), math.sin(math.pi), lane=0.1 - math.pi)  # it turns from pi - 0.1 on, by 0.2
+    watch._aside(car(), seen(lane=math.pi - 0.1), west, DT, [_Constraint("Shift", Limits(speed=1.0), True)])
+    assert west.aside == pytest.approx(0.0, abs=1e-12)
     none = seen(y=9.0)
     watch._aside(car(), seen(), none, DT, [])
     assert none.aside is None
