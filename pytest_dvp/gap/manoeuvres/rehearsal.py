@@ -59,10 +59,12 @@ class Rehearsal:
         self.experiment.sigma = np.array(known)
         self.experiment.settle(self.shared | dict(truth))
         self.count = max(self.experiment.count, 1)
+        # not quite nothing: a signal that is shown late knows nothing of the time before a segment begins
+        self._of_truth = self.experiment.whitened(self.shared | dict(truth))
 
     def whitened(self, values: Values) -> FloatArray:
-        """Residuals (N,) that are left with these values, in units of the noise."""
-        return self.experiment.whitened(self.shared | dict(values))
+        """What these values change (N,) of the truth's residuals, in units of the noise."""
+        return self.experiment.whitened(self.shared | dict(values)) - self._of_truth
 
     def tangent(self, hypothesis: Hypothesis, at: FloatArray) -> FloatArray:
         """Change (N, p) of the residuals with each parameter of an effect, in noise units, by finite differences.
@@ -77,13 +79,13 @@ class Rehearsal:
         return np.column_stack(found)
 
     def refitted(self, other: Hypothesis) -> float:
-        """chi^2 that another effect is left with at its best, fitted to this log."""
+        """chi^2 that another effect is left with at its best, fitted to this log, beyond that of the truth."""
         target = ExperimentSet((self.experiment,))
         starts = [dict(other.values), *other.candidate.points]
         begin = min(starts, key=lambda point: _chi2(self.whitened(point)))
         stop = Stop(rounds=6, enough=1e-3 * self.count)
         found = fit(target, other.candidate.coordinates, begin, fixed=self.shared, stop=stop)
-        return found.chi2
+        return max(found.chi2 - _chi2(self._of_truth), 0.0)
 
     def channels(self, values: Values) -> dict[str, float]:
         """Share of each channel in what these values would leave."""

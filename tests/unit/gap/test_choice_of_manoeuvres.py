@@ -9,16 +9,20 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.compare.segments import CHANNELS
+from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.manoeuvres import choice as choosing
 from pytest_dvp.gap.manoeuvres import discrimination, exciting_manoeuvres
+from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES
 from pytest_dvp.gap.manoeuvres.choice import Choice, LargestDifference, PlanError, RehearsalInputs, as_named, sign_of
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, _tied, _together, decide
 from pytest_dvp.gap.manoeuvres.driver_card import as_dict, card
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
 from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
+from pytest_dvp.gap.manoeuvres.rehearsal import NOISE as SENSORS
 from pytest_dvp.gap.manoeuvres.rehearsal import Hypothesis, Rehearsal, separable_chi2, typical
-from pytest_dvp.gap.manoeuvres.simulated_drive import Drive
+from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, perform
 from tests.unit.gap.linear_world import tried
+from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
 
 DRIVE, BRAKE, RATIO = ("drive_gain", "g"), ("brake_gain", "g"), ("steer_ratio", "g")
@@ -266,6 +270,7 @@ def a_rehearsal(r: Any) -> Rehearsal:
         sigma=sigma,
     )
     found.shared, found.count = {("known", "k"): 1.0}, 16
+    found._of_truth = np.zeros(32)
     return found
 
 
@@ -282,6 +287,25 @@ def test_where_values_differ_most_is_told_in_the_unit_of_the_channel() -> None:
         "a", "drive_gain", 0.5, "yaw_rate", 0.3, pytest.approx(0.02)
     )  # fmt: skip
     assert a_rehearsal(np.zeros((4, 8))).channels({}) == {"v": 0.0, "yaw_rate": 0.0}
+
+
+def test_what_the_truth_itself_leaves_is_no_difference() -> None:
+    """A yaw rate that is shown late knows nothing of what came before a segment: a step that begins one leaves an error
+    of its own, which 30 effects that did nothing had been said to show."""
+    model = parse_model(
+        "[inputs]\nlongitudinal = 'v'\nsteer = 'steer_cmd'\n[parameters]\nwheelbase = 2.97\nmass = 790.0\n"
+    )
+    late = {("yaw_rate_latency", "T"): 0.3, ("steer_compliance", "c"): 0.0049}
+    (step,) = [m for m in MANOEUVRES if m.name == "step_steer"]
+    drive = perform(step, model, late, Envelope())
+    assert drive is not None
+    drag = {("aero_drag", "k"): 0.004}
+    rehearsal = Rehearsal(drive, model, {}, SENSORS, shared=late)
+    assert float(np.abs(rehearsal.experiment.whitened(late)).max()) > 1.0
+    assert not rehearsal.whitened(drag).any()
+    (candidate,) = candidates(model, [find_effect("gyro_bias")])
+    biased = Rehearsal(drive, model, {("gyro_bias", "b"): 0.01}, SENSORS, shared=late)
+    assert biased.refitted(Hypothesis(candidate, {("gyro_bias", "b"): 0.02})) < 0.01 * biased.count
 
 
 @pytest.mark.parametrize(("value", "side"), [(0.9, 1.0), (1.1, -1.0)])

@@ -413,7 +413,7 @@ def test_a_rival_is_fitted_from_the_best_of_its_own_values_and_its_points(monkey
     one.experiment = SimpleNamespace(  # type: ignore[assignment]
         whitened=lambda values: np.array([values["a", "k"] - 3.0 + values["sure", "k"]])
     )
-    one.shared, one.count = {("sure", "k"): 0.0}, 4000
+    one.shared, one.count, one._of_truth = {("sure", "k"): 0.0}, 4000, np.array([0.0])
     candidate: Any = Candidate("a", 9.0, 4.0)
     for own, begin in ((1.0, 4.0), (2.5, 2.5)):
         assert one.refitted(Hypothesis(candidate, {("a", "k"): own})) == 7.0
@@ -421,6 +421,10 @@ def test_a_rival_is_fitted_from_the_best_of_its_own_values_and_its_points(monkey
         assert (experiments, coordinates, fixed) == ((one.experiment,), candidate.coordinates, one.shared)
         assert begun == {("a", "k"): begin}
         assert (stop.rounds, stop.enough) == (6, pytest.approx(4.0))
+    for left, beyond in ((1.0, 6.0), (3.0, 0.0)):  # 9 of the truth are more than 7
+        one._of_truth = np.array([left])
+        assert one.refitted(Hypothesis(candidate, {("a", "k"): 1.0})) == beyond
+    one._of_truth = np.array([0.0])
     assert closest_values(one, candidate) == {("a", "k"): 2.5}
     assert asked[-1][2] == {("a", "k"): 4.0}
 
