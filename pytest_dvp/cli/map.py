@@ -122,7 +122,8 @@ def _say_next(arguments: argparse.Namespace, told: Sequence[Told], out: Path) ->
     commands = [f"dvp doctor {log}"]
     if arguments.model:
         log += f" --model {arguments.model}"
-        commands += [f"dvp compare {log} --report {out.with_suffix('.html')}", f"dvp diagnose {log}"]
+        page = out.with_suffix("")
+        commands += [f"dvp compare {log} --report {page}.html", f"dvp diagnose {log} --report {page}.diagnosis.html"]
     print("\n      ".join([f"next: {commands[0]}", *commands[1:]]), file=sys.stderr)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, part_of
+from pytest_dvp.doctor.smoothing import time_constant
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -223,10 +224,43 @@ def check_offsets(motion: Motion, median: float, file: str, findings: Findings) 
             best = (score, delays)
     if best is not None:
         for source, delay in best[1].items():
-            _tell(", ".join(source), delay, "the other channels", file, findings)
+            name = ", ".join(source)
+            if not _is_smoothed(motion, name, delay, file, findings):
+                _tell(name, delay, "the other channels", file, findings)
         return
     for (first, second), lag in off.items():
-        _tell(", ".join(_CHANNELS[first]), lag, ", ".join(_CHANNELS[second]), file, findings)
+        name = ", ".join(_CHANNELS[first])
+        if not _is_smoothed(motion, name, lag, file, findings):
+            _tell(name, lag, ", ".join(_CHANNELS[second]), file, findings)
+
+
+def _is_smoothed(motion: Motion, channel: str, lag: float, file: str, findings: Findings) -> bool:
+    """True if the channel comes late as a low-pass of another one does, which is then told."""
+    of = _with_turning(motion)
+    for first, second, _, _ in PAIRS:
+        late, prompt = (first, second) if _CHANNELS[first] == (channel,) else (second, first)
+        if lag <= 0.0 or _CHANNELS[late] != (channel,) or not {late, prompt} <= set(of):
+            continue
+        if (tau := time_constant(motion, of[late], of[prompt], lag)) is None:
+            continue
+        findings.add(
+            "log.clock_offset",
+            file,
+            None,
+            f"column {channel}",
+            f"{channel} is smoothed: a low-pass of {tau:.2g} s explains it better than a delay of {lag:.2f} s",
+            hint="no other stamps undo that; leave the channel out of a mapping, or log it unfiltered",
+            severity="warning",
+        )
+        return True
+    return False
+
+
+def _with_turning(motion: Motion) -> dict[str, FloatArray]:
+    of = dict(motion.of)
+    if motion.has("v", "yaw_rate"):
+        of["v*yaw_rate"] = of["v"] * of["yaw_rate"]
+    return of
 
 
 def _check_parts(
@@ -268,9 +302,7 @@ def _delay(source: tuple[str, ...], sources: tuple[tuple[str, ...], ...], lags: 
 
 def pair_lags(motion: Motion) -> dict[tuple[str, str], float]:
     """Lag [s] of each pair of channels that can be judged: both there, moving enough, and of one shape."""
-    of = dict(motion.of)
-    if motion.has("v", "yaw_rate"):
-        of["v*yaw_rate"] = of["v"] * of["yaw_rate"]
+    of = _with_turning(motion)
     lags: dict[tuple[str, str], float] = {}
     for first, second, least, _ in PAIRS:
         if first not in of or second not in of:
@@ -305,7 +337,7 @@ _EARLY = {
 
 
 def _tell(channel: str, lag: float, other: str, file: str, findings: Findings, when: str = "") -> None:
-    late = "a clock offset or a sensor's latency, the data cannot say which"
+    late = "a clock offset, a sensor's latency or its filter, the data cannot say which"
     cause = late if lag > 0 else _EARLY.get(channel, "a clock offset, or the other channels are late")
     model = "; or let the model have the latency" if lag > 0 else ""
     findings.add(

@@ -124,7 +124,7 @@ def _head(
 ) -> list[str]:
     """unsure: without a unit, or guessed; all of them stand behind a # in the file."""
     if not told:
-        words = "names and units are the file's own words, nobody measured them."
+        words = "names and units are taken from the file, and were not checked against the motion."
         return [f"# Proposed by `dvp map`. Look at every line: {words}"]
     sure = [one.signal.name for one in told if not one.doubt]
     left = [one.signal.name for one in told if one.doubt] + [signal.name for signal in unsure]
@@ -134,7 +134,9 @@ def _head(
     if sure:
         lines += _comment(f"decided by the data: {', '.join(sure)}")
     if certain:
-        lines += _comment(f"in the file's own words, nobody measured them: {', '.join(s.name for s in certain)}")
+        lines += _comment(
+            f"by the names and units in the file, not checked against the motion: {', '.join(s.name for s in certain)}"
+        )
     lines += _comment(f"left to you below: {', '.join(left)}" if left else "left to you: nothing")
     for remark in remarks:
         lines += _comment(remark)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from drives import Columns, drive, jittered, later, rows, scaled, swapped, two_runs, without
 
 from pytest_dvp.doctor import examine, excitation
+from pytest_dvp.doctor.smoothing import time_constant
 from pytest_dvp.logs.log import Log
 from vehicle.model.model_file import parse_model
 
@@ -234,6 +237,33 @@ def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
         channels[0], "the other channels are late"
     )
     assert ("latency" if seconds > 0 else cause) in findings[0].hint  # no sensor shows what comes
+
+
+@pytest.mark.parametrize(("channel", "tau"), [("yaw_rate", 1.5), ("ay", 2.5)])
+def test_a_smoothed_channel_is_not_told_to_be_late(sound: Columns, channel: str, tau: float) -> None:
+    """An acceleration that its logger had smoothed over 2.5 s was called 1.55 s late: such stamps would be wrong."""
+    keep = np.exp(-np.diff(sound["t"], prepend=sound["t"][0] - 0.02) / tau)
+    smooth = np.zeros_like(sound[channel])
+    for k in range(1, len(smooth)):
+        smooth[k] = keep[k] * smooth[k - 1] + (1.0 - keep[k]) * sound[channel][k]
+    (finding,) = examine(log_of({**sound, channel: smooth}))
+    assert (finding.code, finding.element) == ("log.clock_offset", f"column {channel}")
+    said = re.search(r"is smoothed: a low-pass of ([0-9.]+) s", finding.text)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(tau, rel=0.35)  # neighbours of what is tried are a quarter apart
+    assert "delay =" not in finding.hint
+
+
+def test_steps_that_come_late_are_told_from_steps_that_are_smoothed() -> None:
+    t = 0.02 * np.arange(3000)
+    steps = np.repeat(np.random.default_rng(4).normal(size=60), 50)
+    motion: Any = SimpleNamespace(t=t, step=0.02)
+    smooth = np.array([np.sum(steps[max(k - 400, 0) : k + 1] * np.exp(-0.02 * np.arange(min(k, 400), -1, -1) / 0.8))
+                       for k in range(3000)])  # fmt: skip
+    assert time_constant(motion, smooth, steps, 0.4) == pytest.approx(0.8, rel=0.15)
+    assert time_constant(motion, np.roll(steps, 20), steps, 0.4) is None
+    assert time_constant(motion, smooth, steps, 0.0) is None
+    assert time_constant(motion, smooth, np.full(3000, np.nan), 0.4) is None
 
 
 def test_a_wrong_sign_does_not_hide_a_wrong_clock(sound: Columns) -> None:
