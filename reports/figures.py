@@ -31,7 +31,8 @@ SHOWN_EVENTS = ("story.event", "collision", "request", "goal", "stop", "timeout"
 
 
 def thin(t: ArrayLike, y: ArrayLike, limit: int = MAX_POINTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """At most `limit` points of a curve that keep its extremes: least and greatest value of each of equal buckets.
+    """About `limit` points of a curve that keep its extremes, the least and greatest value of each of equal buckets,
+    and the places where it pauses (NaN).
 
     Both (n,), in any units, which the results keep.
     """
@@ -47,7 +48,10 @@ def thin(t: ArrayLike, y: ArrayLike, limit: int = MAX_POINTS) -> tuple[NDArray[n
     rows = padded.reshape(len(starts), width)
     low = np.where(np.isnan(rows), np.inf, rows).argmin(axis=1) + starts
     high = np.where(np.isnan(rows), -np.inf, rows).argmax(axis=1) + starts
-    keep = np.unique(np.concatenate([np.minimum(low, n - 1), np.minimum(high, n - 1), [0, n - 1]]))
+    unknown = np.isnan(y)
+    pauses = np.flatnonzero(unknown[1:] & ~unknown[:-1]) + 1
+    pauses = pauses if len(pauses) < limit // 4 else pauses[:0]  # samples with holes between them are no pauses
+    keep = np.unique(np.concatenate([np.minimum(low, n - 1), np.minimum(high, n - 1), pauses, [0, n - 1]]))
     return t[keep], y[keep]
 
 
@@ -59,7 +63,7 @@ def sampled(t: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np
     """
     t, y = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
     known = np.isfinite(y)
-    if known.all() or known.sum() < 2:
+    if known.sum() < 2:
         return t, y
     at, value = t[known], y[known]
     steps = np.diff(at)

@@ -14,7 +14,7 @@ from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.words.comparison_page import page_of
 from reports.compare import groups_figure, path_figure, render_compare_report, time_figure
 from reports.embed import ARRAYS
-from reports.figures import sampled
+from reports.figures import sampled, thin
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +73,18 @@ def test_what_is_not_judged_is_no_noise_on_the_map(page: dict[str, Any]) -> None
     (judged,) = (trace for trace in traces if "colorbar" in trace.get("marker", {}))
     assert all("not judged" in text for text in left_out["text"])
     assert len(left_out["x"]) > 0.9 * np.sum(page["t"] < 10.0) * len(judged["x"]) / np.isfinite(error).sum()
+
+
+def test_a_pause_of_the_log_breaks_the_line_also_of_a_long_one() -> None:
+    """A straight line over half a minute without rows had looked like a measurement."""
+    t = np.concatenate([0.02 * np.arange(5000), 130.0 + 0.02 * np.arange(5000)])
+    at, value = thin(*sampled(t, np.sin(t)), 400)
+    assert len(at) < 450
+    (pause,) = np.flatnonzero(np.isnan(value))
+    assert at[pause] == pytest.approx(99.98)
+    assert at[pause + 1] >= 130.0
+    sparse = np.where(np.arange(10000) % 2, np.nan, 1.0)
+    assert np.isnan(thin(np.arange(10000.0), sparse, 400)[1]).sum() <= 1  # holes between samples are no pauses
 
 
 def test_a_slow_channel_is_drawn_as_a_line() -> None:
