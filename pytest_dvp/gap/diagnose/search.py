@@ -28,6 +28,7 @@ from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
+from pytest_dvp.gap.diagnose.open_values import carries
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
@@ -35,7 +36,8 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 12  # effects added to one model, beside finer ones,
 FEWER = 8  # and so many while chi^2/N is above
-NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing
+NEAR = 20.0  # this, and above
+SHARE = 0.05  # of what the model as given leaves: far from the car, what more is named are fragments of what is missing
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002; and for all while more is left than this
 FAR = 2.0  # times the noise, of a model without known remainder: there what is left out for its size adds up
@@ -92,6 +94,7 @@ class Search:
         self.starts = target.starts()
         self._shown: dict[str, float] = {}
         self._near: dict[str, tuple[str, ...]] = {}
+        self._given = 0.0  # chi^2 of the model as given, once the search runs
         self._way = ""  # from where effects are looked for, in the words of progress
         self._late = True  # whether the keys are fitted that come late
         self._whole: Trial | None = None
@@ -101,6 +104,7 @@ class Search:
     def run(self) -> SearchResult:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
+        self._given = base.chi2
         if self.within_noise(base):
             self._scan(base, self.tried)
             return SearchResult(base, {}, self._hidden())
@@ -124,9 +128,7 @@ class Search:
                 best, rivals = other, others_rivals
         self.target.settle(best.values)
         whole = self._whole_actuator(best)
-        if (
-            whole is not best or frozenset(best.names) not in contested
-        ):  # what took the place of others may let more show
+        if whole is not best or frozenset(best.names) not in contested:  # in the place of others it may let more show
             best = self.grown(whole, [])
         best = self.credible_set(self.trial(best.names, best.values, zoom=True, like=best))
         best = usual_set(
@@ -247,7 +249,7 @@ class Search:
         if a finer one does far better than the best of them."""
         if self.within_noise(now):
             return []
-        most = MOST if now.chi2 < NEAR * self.count else FEWER
+        most = MOST if now.chi2 < max(NEAR * self.count, SHARE * self._given) else FEWER
         full = sum(not self.known[name].detail for name in now.names) >= most
         found: list[Trial] = []
         for detail in (True,) if full else (False, True):
@@ -489,7 +491,7 @@ class Search:
         barred: list[str] = []
         while True:
             best = self.pruned(best)
-            vague = [name for name in best.names if not self.is_credible(best, name)]
+            vague = [n for n in best.names if not self.is_credible(best, n) and not carries(self, best, n)]
             if not vague:
                 return best
             barred.append(vague[-1])
