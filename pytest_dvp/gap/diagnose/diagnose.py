@@ -173,12 +173,19 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
     """The final set built up again, from the effect that would be missed most to the one that would be missed least.
 
     Missed: what of the error comes back without it, though all the others may adapt. What an effect takes away first
-    would depend on those that come after it: alone, a detail of the tyres takes the share of a slow steering.
+    would depend on those that come after it: alone, a detail of the tyres takes the share of a slow steering. One that
+    makes it worse before another one is there comes after that one.
     """
-    order = sorted(final.names, key=lambda name: search.without(final, name).chi2, reverse=True)
+    left = sorted(final.names, key=lambda name: search.without(final, name).chi2, reverse=True)
     steps = [search.trial((), search.start)]
-    for name in order:
-        steps.append(search.trial((*steps[-1].names, name), final.values, like=final))
+    while left:
+        tried: list[Trial] = []
+        for name in left:
+            tried.append(search.trial((*steps[-1].names, name), final.values, like=final))
+            if tried[-1].chi2 <= steps[-1].chi2:
+                break
+        steps.append(tried[-1] if tried[-1].chi2 <= steps[-1].chi2 else tried[0])
+        left.remove(steps[-1].names[-1])
     if len(steps) > 1:
         last = search.trial(steps[-1].names, final.values)
         steps[-1] = last if last.chi2 < steps[-1].chi2 else steps[-1]
