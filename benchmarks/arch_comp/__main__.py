@@ -41,6 +41,11 @@ def main() -> int:
     given = parser.parse_args()
     if given.out and not given.out.is_file():
         parser.error(f"--out {given.out}: there is no such page, in which a table could be replaced")
+    if given.json and not given.json.parent.is_dir():
+        parser.error(f"--json {given.json}: there is no such folder")
+    for name, least in (("seed", 0), ("repeats", 1), ("budget", 1)):
+        if getattr(given, name) < least:
+            parser.error(f"--{name}: must be {least} or more (found {getattr(given, name)})")
     warnings.filterwarnings("ignore", module="cma")
     trials: list[Trial] = []
     for problem in PROBLEMS:

@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.doctor.redundant_motion import Motion, correlation
 from pytest_dvp.logs.log_contents import FloatArray
 
-SHORTEST, LONGEST = 0.03, 5.0  # s, of time constants that are tried: a filter of sensors, and of a plot for people
+SHORTEST, LONGEST = 0.03, 5.0  # s, of time constants that are tried; chosen: a logger had smoothed one signal by 2.6
 STEPS = 24  # of them: neighbours are a quarter apart
 CLEARER = 0.5  # of what the delay leaves unexplained (1 - r^2), that the filter must leave at most
 
@@ -22,17 +22,17 @@ def time_constant(motion: Motion, late: FloatArray, prompt: FloatArray, lag: flo
     if not known.any():
         return None
     whole = np.interp(motion.t, motion.t[known], prompt[known])
-    shares = [(each, motion.step / each) for each in np.geomspace(SHORTEST, LONGEST, STEPS).tolist()]
-    best, tau = max((_likeness(late, _filtered(whole, share)), each) for each, share in shares)
-    # what is noisy in `prompt` goes by any filter: the delayed one is smoothed as well, to both sides
-    both = [whole, *(_filtered(_filtered(whole, 2.0 * share)[::-1], 2.0 * share)[::-1] for _, share in shares)]
+    tried = np.geomspace(SHORTEST, LONGEST, STEPS).tolist()
+    best, tau = max((_likeness(late, _filtered(whole, motion.step / each)), each) for each in tried)
+    # any filter takes noise away: the delayed signal is smoothed as well, forwards and backwards, which delays nothing
+    both = [whole, *(_filtered(_filtered(whole, motion.step / t)[::-1], motion.step / t)[::-1] for t in tried)]
     blank = np.full(shift, np.nan)
     delayed = max(_likeness(late, np.concatenate([blank, one[:-shift]])) for one in both)
     return float(tau) if 1.0 - best**2 < CLEARER * (1.0 - delayed**2) else None
 
 
 def _filtered(signal: FloatArray, share: float) -> FloatArray:
-    """First-order low-pass; share: of the step in the time constant."""
+    """A signal (n,) behind a first-order low-pass; share: step by time constant."""
     from scipy.signal import lfilter
 
     keep = float(np.exp(-share))

@@ -257,6 +257,7 @@ def _is_smoothed(motion: Motion, channel: str, lag: float, file: str, findings: 
 
 
 def _with_turning(motion: Motion) -> dict[str, FloatArray]:
+    """The channels of a motion, and the lateral acceleration that speed and yaw rate tell."""
     of = dict(motion.of)
     if motion.has("v", "yaw_rate"):
         of["v*yaw_rate"] = of["v"] * of["yaw_rate"]

@@ -45,7 +45,7 @@ def read_shape(table: Mapping[str, Any]) -> RemainderShape:
         memory=_by_channel(table, "memory", "s"),
         anew=_by_channel(table, "anew", "chi^2/N"),
         imitates=_by_effect(table, "imitates"),
-        limits=_by_effect(table, "limits"),
+        limits=_by_effect(table, "limits", more_than_0=True),
     )
 
 
@@ -56,19 +56,25 @@ def _by_channel(table: Mapping[str, Any], name: str, unit: str) -> dict[str, flo
         if channel not in CHANNEL_UNITS:
             raise ModelError("unknown channel", key=where, found=channel, allowed=", ".join(CHANNEL_UNITS),
                              nearest=nearest_name(channel, tuple(CHANNEL_UNITS)))  # fmt: skip
-        found[channel] = _number(value, where)
-        if found[channel] == 0.0:
-            raise ModelError("value not allowed", key=where, found="0", allowed=f"more than 0 {unit}")
+        found[channel] = _more_than_0(_number(value, where), where, f" {unit}")
     return found
 
 
-def _by_effect(table: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+def _by_effect(table: Mapping[str, Any], name: str, *, more_than_0: bool = False) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for effect, keys in _table(table, name).items():
         if not isinstance(keys, Mapping):
             raise ModelError("must be a table of the effect's keys", key=f"{name}.{effect}", found=repr(keys))
         found[effect] = {key: _number(value, f"{name}.{effect}.{key}") for key, value in keys.items()}
+        for key, value in found[effect].items() if more_than_0 else ():
+            _more_than_0(value, f"{name}.{effect}.{key}")
     return found
+
+
+def _more_than_0(value: float, where: str, unit: str = "") -> float:
+    if value == 0.0:
+        raise ModelError("value not allowed", key=where, found="0", allowed=f"more than 0{unit}")
+    return value
 
 
 def shape_text(shape: RemainderShape) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.lasting_remainder import rounded, rounded_imitation
+from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, rounded_imitation
 from pytest_dvp.gap.diagnose.least_squares import STEP
 from pytest_dvp.gap.diagnose.linear_algebra import gram, row_products, square
 from pytest_dvp.gap.diagnose.quiet_effects import APART
@@ -58,18 +58,6 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
     return rounded_imitation(found)
 
 
-def anew(groups: Iterable[ExperimentSet]) -> dict[str, float]:
-    """chi^2/N by channel, the larger one of the groups of logs, of what level and memory of the remainder do not
-    foresee; where it is more than 1."""
-    found: dict[str, float] = {}
-    for group in groups:
-        target = group.lasting()
-        target.settle({})
-        for channel, value in target.by_channel({}).items():
-            found[channel] = max(found.get(channel, 1.0), rounded(value))
-    return {channel: value for channel, value in found.items() if value > 1.0}
-
-
 def placebos(
     groups: Sequence[ExperimentSet], tried: Sequence[Candidate], model: VehicleModel
 ) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, float]]]:
@@ -93,7 +81,7 @@ def placebos(
                 had = present.get(c.effect, {}).get(c.key.name, c.key.neutral)
                 if isinf(had):
                     known = lowest.setdefault(c.effect, {})
-                    known[c.key.name] = min(known.get(c.key.name, np.inf), rounded(values[c.name]))
+                    known[c.key.name] = min(known.get(c.key.name, np.inf), as_measured(values[c.name]))
                 else:
                     sizes_off.setdefault(c.name, [0.0] * len(groups))[k] = values[c.name] - had
     return rounded_imitation(sizes_off), lowest

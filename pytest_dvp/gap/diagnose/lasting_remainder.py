@@ -100,7 +100,7 @@ def measured_memory(parts: Iterable[tuple[FloatArray, FloatArray, IntArray]], re
         for name in remainder:
             lags = _fallen(rest[:, CHANNELS.index(name)], starts)
             if lags:
-                found[name] = max(found.get(name, 0.0), rounded(lags * step))
+                found[name] = max(found.get(name, 0.0), as_measured(lags * step))
     return {name: found[name] for name in CHANNELS if name in found}
 
 
@@ -126,10 +126,10 @@ def rounded_imitation(found: Mapping[tuple[str, str], Sequence[float]]) -> dict[
     result: dict[str, dict[str, float]] = {}
     for (effect, key), values in found.items():
         square = float(np.mean(np.square(values)))
-        result.setdefault(effect, {})[key] = rounded(np.sqrt(square))
+        result.setdefault(effect, {})[key] = as_measured(np.sqrt(square))
     return result
 
 
-def rounded(value: float) -> float:
+def as_measured(value: float) -> float:
     """As a model file has what was measured on drives."""
     return float(f"{value:.{_DIGITS}g}")

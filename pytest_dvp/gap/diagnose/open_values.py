@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.experiment import ExperimentSet
     from pytest_dvp.gap.diagnose.trial import Trial
 
-FAR = 2.0  # chi^2/N of a model without known remainder, above which this holds; `FAR` of the search
 CARRIES = 1.5  # times as much is left without it; chosen: a wind that was none left 1.3 times as much, a drag that was
 # there 1.8, a lag of the drive 3.8
 
@@ -34,8 +33,9 @@ class Judging(Protocol):
         ...
 
 
-def carries(search: Judging, best: Trial, name: str) -> bool:
-    """True if much more is left without an effect whose value is no nonsense, and much is left anyway."""
-    if search.target.excused or best.chi2 <= FAR * search.count:
+def carries(search: Judging, best: Trial, name: str, *, far: float) -> bool:
+    """True if much more is left without an effect whose value means something, and more than `far` [chi^2/N] is left
+    anyway of a model without a known remainder."""
+    if search.target.excused or best.chi2 <= far * search.count:
         return False
     return search.is_credible(best, name, certain=False) and search.without(best, name).chi2 > CARRIES * best.chi2

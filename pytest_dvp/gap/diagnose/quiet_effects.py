@@ -32,7 +32,7 @@ LOWER = 1.5  # times: a limit than the lowest found on drives with nothing new; 
 # drives gave 13 and 15 on others
 FAR = 5.0  # times as large as the remainder imitates; chosen: a steering that sticks was 32 and 120 times on two cars
 NUDGE = 0.02  # of its range, by which a value is moved to see what it would change; chosen
-HOPELESS = 0.25  # of the gain that makes an effect evident: one that promises less to first order is not fitted
+PROMISE = 0.25  # of the gain that makes an effect evident: one that gains less to first order is not fitted; chosen
 _TRIED = 3  # effects, the best to first order of those that the remainder does not imitate
 
 
@@ -49,7 +49,7 @@ def quiet(search: Search, base: Trial) -> Trial | None:
     found = []
     asked = 0
     for left, name, point in sorted(ranking, key=lambda o: o[:2]):
-        if asked == _TRIED or now.chi2 - left < HOPELESS * EVIDENT**2:
+        if asked == _TRIED or now.chi2 - left < PROMISE * EVIDENT**2:
             break
         trial = search.trial((*base.names, name), base.values | point, target=lasting)
         if not is_imitated(search, trial, name):  # what is, may gain more than all that is new

@@ -273,7 +273,7 @@ class Search:
         does anew (`lasting_remainder`): by how much it drifts is no measure of what is missing."""
         target, most = (self.target.lasting(), EXCUSED_MISFIT) if self.target.excused else (self.target, CHANNEL_MISFIT)
         channels, known = target.by_channel(now.values), target.anew()
-        usual = float(np.mean([known[c] for c in channels])) if channels else 1.0
+        usual = float(np.mean([known[c] for c in channels])) if channels else 1.0  # they have about as many samples
         chi2 = square(target.whitened(now.values)) if self.target.excused else now.chi2
         return chi2 > MISFIT * usual * self.count or any(channels[c] > most * known[c] for c in channels)
 
@@ -491,7 +491,7 @@ class Search:
         barred: list[str] = []
         while True:
             best = self.pruned(best)
-            vague = [n for n in best.names if not self.is_credible(best, n) and not carries(self, best, n)]
+            vague = [n for n in best.names if not (self.is_credible(best, n) or carries(self, best, n, far=FAR))]
             if not vague:
                 return best
             barred.append(vague[-1])

@@ -79,7 +79,7 @@ def with_standing(
         doubts = [
             *([f"these data cannot tell it from {', '.join(e.rivals)}"] if e.rivals else []),
             *_held_out(search, final, e.name, evidence.held_out, evidence.evident),
-            *([f"this drive can hardly show it: {missed[e.name]}"] if e.name in missed else []),
+            *([f"these drives can hardly show it: {missed[e.name]}"] if e.name in missed else []),
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
             *_implausible(e, known[e.name], present.get(e.name, {})),
             *_imitated(e, known[e.name], present.get(e.name, {}), search.target.excused),

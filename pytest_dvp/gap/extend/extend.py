@@ -14,10 +14,10 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
-from pytest_dvp.gap.diagnose.imitation import anew, imitation, larger, placebos
+from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
-from pytest_dvp.gap.diagnose.lasting_remainder import measured_memory
+from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, measured_memory
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
@@ -136,8 +136,20 @@ def _with_remainder(
     tried = candidates(model, known.values(), ay="ay" in search.target.channels, refined=True)
     sizes, limits = placebos(groups, tried, model)
     imitates = larger(imitation(groups, tried), sizes)
-    shape = dataclasses.replace(shape, anew=anew(groups), imitates=imitates, limits=limits)
+    shape = dataclasses.replace(shape, anew=_anew(groups), imitates=imitates, limits=limits)
     return dataclasses.replace(model, remainder_shape=shape)
+
+
+def _anew(groups: Sequence[ExperimentSet]) -> dict[str, float]:
+    """chi^2/N by channel, the larger one of the groups of logs, of what level and memory of the remainder do not
+    foresee; where it is more than 1."""
+    found: dict[str, float] = {}
+    for group in groups:
+        target = group.lasting()
+        target.settle({})
+        for channel, value in target.by_channel({}).items():
+            found[channel] = max(found.get(channel, 1.0), as_measured(value))
+    return {channel: value for channel, value in found.items() if value > 1.0}
 
 
 def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:

@@ -32,6 +32,7 @@ from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
 from pytest_dvp.gap.diagnose.wheelbase_check import wrong_wheelbase
 from pytest_dvp.logs.log import Log
+from tests.unit.gap.linear_world import SettledSearch
 from vehicle.model.effect import Key
 
 N = 400
@@ -288,28 +289,18 @@ def test_an_effect_by_chance_gains_what_the_best_of_all_does_in_five_of_a_hundre
 # --- held-out data, scales, and the size of a car
 
 
-class Chooser:
+class Chooser(SettledSearch):
     """A search near a bound: what is left of the data fitted on, and squares on those that judge."""
 
     def __init__(self, level: float, held: dict[str, int]) -> None:
-        self.count, self.level, self.held = 1000, level, held
-        self.target = SimpleNamespace(excused=False, settle=lambda values: None)
-        self.tick = lambda text: None
+        super().__init__()
+        self.level, self.held = level, held
 
     def trial(self, names: Any, values: Any = None, zoom: bool = False) -> Any:
         return SimpleNamespace(names=tuple(names), values={"held": self.held[names[0]]}, chi2=self.level)
 
     def in_place_of(self, best: Any, name: str) -> list[Any]:
         return [self.trial(("b",))] if name == "a" else []
-
-    def is_credible(self, trial: Any, name: str) -> bool:
-        return True
-
-    def grown(self, trial: Any, turns: Any) -> Any:
-        return trial
-
-    def pruned(self, trial: Any) -> Any:
-        return trial
 
 
 @pytest.mark.parametrize(

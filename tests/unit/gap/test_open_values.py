@@ -23,9 +23,9 @@ def test_it_stays_if_half_as_much_again_is_left_without_it_and_twice_the_noise_a
         target=SimpleNamespace(excused=False), count=ROWS, without=lambda trial, name: less,
         is_credible=lambda trial, name, certain: not certain,
     )  # fmt: skip
-    assert carries(search, best, "drive_lag") is kept
+    assert carries(search, best, "drive_lag", far=2.0) is kept
     search.target.excused = True  # what a twin is known to leave is no reason
-    assert carries(search, best, "drive_lag") is False
+    assert carries(search, best, "drive_lag", far=2.0) is False
 
 
 def test_a_value_at_an_end_of_its_range_stays_nonsense() -> None:
@@ -33,4 +33,4 @@ def test_a_value_at_an_end_of_its_range_stays_nonsense() -> None:
         target=SimpleNamespace(excused=False), count=ROWS, without=lambda trial, name: a_trial(99.0 * ROWS),
         is_credible=lambda trial, name, certain: False,
     )  # fmt: skip
-    assert carries(search, a_trial(10.0 * ROWS, "drive_lag"), "drive_lag") is False
+    assert carries(search, a_trial(10.0 * ROWS, "drive_lag"), "drive_lag", far=2.0) is False

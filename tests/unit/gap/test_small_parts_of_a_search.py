@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.residual_recurrence import _comes_back, at_speed, o
 from pytest_dvp.gap.diagnose.residual_spectrum import _peak, _vertex, peaks
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
-from tests.unit.gap.linear_world import World, a_search, a_trial
+from tests.unit.gap.linear_world import SettledSearch, World, a_search, a_trial
 
 # --- the search
 
@@ -83,13 +83,12 @@ def test_two_effects_of_tyres_are_tried_together_only_where_much_is_left(
     assert bool(pairs) is asked
 
 
-class Chain:
+class Chain(SettledSearch):
     """A search in which each effect has the next one as a rival, and held-out data like that one better."""
 
     def __init__(self, length: int) -> None:
-        self.count, self.length = 1000, length
-        self.target = SimpleNamespace(excused=False, settle=lambda values: None)
-        self.tick = lambda text: None
+        super().__init__()
+        self.length = length
 
     def trial(self, names: Any, values: Any = None, zoom: bool = False) -> Any:
         held = 0.5 ** int(names[0][1:])
@@ -97,15 +96,6 @@ class Chain:
 
     def in_place_of(self, best: Any, name: str) -> list[Any]:
         return [self.trial((f"e{k}",)) for k in range(self.length) if f"e{k}" != name]
-
-    def is_credible(self, trial: Any, name: str) -> bool:
-        return True
-
-    def grown(self, trial: Any, turns: Any) -> Any:
-        return trial
-
-    def pruned(self, trial: Any) -> Any:
-        return trial
 
 
 def test_effects_are_exchanged_four_times_at_most(monkeypatch: pytest.MonkeyPatch) -> None:

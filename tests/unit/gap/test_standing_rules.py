@@ -16,7 +16,7 @@ from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
-from pytest_dvp.gap.diagnose.imitation import anew, larger, placebos
+from pytest_dvp.gap.diagnose.imitation import larger, placebos
 from pytest_dvp.gap.diagnose.quiet_effects import (
     changing_instead,
     is_beyond_remainder,
@@ -36,6 +36,7 @@ from pytest_dvp.gap.diagnose.standing import (
     with_standing,
 )
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.extend.extend import _anew
 from tests.unit.gap.linear_world import (
     BRAKE,
     DRIVE,
@@ -355,7 +356,7 @@ def test_a_size_is_off_by_the_mean_over_all_drives_also_those_that_do_not_show_i
 
 def test_what_comes_anew_is_the_larger_one_of_the_drives_where_it_is_more_than_noise() -> None:
     groups: Any = (World({}, channels={"ax": 2.216, "v": 0.9}), World({}, channels={"ax": 1.3, "v": 0.8, "ay": 1.04}))
-    assert anew(groups) == {"ax": 2.22, "ay": 1.04}
+    assert _anew(groups) == {"ax": 2.22, "ay": 1.04}
 
 
 class Limited(World):
@@ -398,7 +399,7 @@ def test_everything_that_speaks_against_an_effect_is_listed_in_its_order(monkeyp
     final = a_trial(1000.0, "drive_gain", "brake_gain")
     drive, brake, removed, other = with_standing(found, search, final, logs, evidence, known)
     assert drive.doubts == (
-        "these data cannot tell it from mass", REMAINDER_ONLY, "this drive can hardly show it: no throttle",
+        "these data cannot tell it from mass", REMAINDER_ONLY, "these drives can hardly show it: no throttle",
         "regression without simulation votes for brake_lag", "g = 1.3 is outside what is usual, 0.7 to 1.2",
         "the twin's known remainder imitates as much", "much is left", "a scale is off",
         "its g changes with brake energy",

@@ -253,6 +253,7 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"memory": {"v": 0.0}}, "memory.v", "allowed: more than 0 s"),
         ({"memory": {"v": -1.0}}, "memory.v", "allowed: 0 or more"),
         ({"anew": {"v": 0.0}}, "anew.v", r"allowed: more than 0 chi\^2/N"),
+        ({"limits": {"jerk_limit": {"limit": 0}}}, "limits.jerk_limit.limit", "found 0; allowed: more than 0"),
         ({"limits": {"jerk_limit": 3}}, "limits.jerk_limit", "must be a table of the effect's keys"),
         ({"memory": {"v": math.inf}}, "memory.v", "allowed: 0 or more"),
         ({"memory": {"v": True}}, "memory.v", "must be a number"),
