@@ -105,6 +105,8 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
     """
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     known = known[:: max(1, len(known) // PATH_POINTS)]
+    _, line_x = sampled(t[known], x[known])
+    _, line_y = sampled(t[known], y[known])
     judged = known[np.isfinite(error[known])]
     left_out = known[~np.isfinite(error[known])]
     level = error[judged]
@@ -114,7 +116,7 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
     ticks = [v for v in TICKS if v < 0.8 * top] + [top]
     labels = ["noise", *(f"{v:.3g}×" for v in ticks[1:-1]), f"{top:.0f}×+"]
     traces: list[Figure] = [
-        {"type": "scatter", "mode": "lines", "x": numbers(x[known], 2), "y": numbers(y[known], 2), "hoverinfo": "skip",
+        {"type": "scatter", "mode": "lines", "x": numbers(line_x, 2), "y": numbers(line_y, 2), "hoverinfo": "skip",
          "line": {"color": "#9AA7B4", "width": 1.5}, "showlegend": False},
         {"type": "scatter", "mode": "markers", "x": numbers(x[rows], 2), "y": numbers(y[rows], 2),
          "marker": {"color": numbers(np.log10(np.clip(level[order], 1.0, top)), 3), "cmin": 0.0,

@@ -82,11 +82,16 @@ def speed_bins(v: FloatArray) -> dict[str, BoolArray]:
 
 
 def ribbon(masks: Mapping[str, BoolArray], names: tuple[str, ...], t: FloatArray) -> list[tuple[str, float, float]]:
-    """(regime, from [s], to [s]) of every run of the named masks (n,), by time; t (n,) [s]."""
+    """(regime, from [s], to [s]) of every run of the named masks (n,), by time; t (n,) [s]. A run ends where the log
+    pauses, as a line of a page does."""
+    steps = np.diff(t)
+    last = np.append(steps > max(0.1, 5.0 * float(np.median(steps))), True) if len(steps) else np.ones(len(t), bool)
     runs = []
     for name in names:
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], masks[name].astype(np.int8), [0]]))).reshape(-1, 2)
-        runs += [(name, float(t[a]), float(t[min(b, len(t) - 1)])) for a, b in edges]
+        on = masks[name]
+        begins = np.flatnonzero(on & np.concatenate([[True], last[:-1] | ~on[:-1]]))
+        ends = np.flatnonzero(on & (last | ~np.append(on[1:], False)))
+        runs += [(name, float(t[a]), float(t[b if last[b] else b + 1])) for a, b in zip(begins, ends, strict=True)]
     return sorted(runs, key=lambda run: run[1])
 
 

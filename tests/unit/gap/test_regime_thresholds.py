@@ -176,3 +176,7 @@ def test_a_ribbon_has_each_run_from_its_first_row_to_the_row_after_its_last() ->
     t = np.arange(6.0)
     masks = {"a": np.array([1, 1, 0, 0, 1, 1], dtype=bool), "b": np.array([0, 0, 1, 1, 0, 0], dtype=bool)}
     assert ribbon(masks, ("b", "a"), t) == [("a", 0.0, 2.0), ("b", 2.0, 4.0), ("a", 4.0, 5.0)]
+    paused = np.where(t < 3.0, t, t + 28.0)  # within b, between 2 and 31 s
+    assert ribbon(masks, ("b", "a"), paused) == [("a", 0.0, 2.0), ("b", 2.0, 2.0), ("b", 31.0, 32.0), ("a", 32.0, 33.0)]
+    at_its_end = np.where(t < 4.0, t, t + 28.0)  # b ends where the log pauses, and not where it goes on
+    assert ribbon(masks, ("b",), at_its_end) == [("b", 2.0, 3.0)]
