@@ -55,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.logs.mapping_proposal import propose
     from pytest_dvp.logs.mapping_text import mapping_text
     from pytest_dvp.logs.read_log import read_streams
+    from pytest_dvp.recognition.starting_model import measured_drive, starting_model
 
     findings = Findings()
     streams = read_streams(path, findings, folders)
@@ -66,8 +67,6 @@ def execute(arguments: argparse.Namespace) -> int:
     sure = {one.signal.name for one in told if not one.doubt} | {signal.name for signal in mapping.signals}
     files = [] if out is None else [("--out", out, text.encode("utf-8", "backslashreplace"))]
     if model is not None and wheelbase is not None:
-        from pytest_dvp.recognition.starting_model import starting_model
-
         files.append(("--model", model, starting_model(sure, wheelbase, mass).encode()))
     for option, file, content in files:
         if not arguments.force and file.is_file() and file.read_bytes() != content:
@@ -89,7 +88,9 @@ def execute(arguments: argparse.Namespace) -> int:
     elif out is None:
         print(text, end="")
     else:
-        _say_next(arguments, told, out)
+        _say_next(arguments, told, remarks, out)
+        if model is not None and (drive := measured_drive(sure)):
+            print(f"  {model} takes the speed from the log: to judge the drive too, see longitudinal in it ({drive})")
     return 0
 
 
@@ -111,17 +112,20 @@ def _by_data(streams: Sequence[Stream], wheelbase: float | None) -> tuple[list[T
     return told, found.remarks
 
 
-def _say_next(arguments: argparse.Namespace, told: Sequence[Told], out: Path) -> None:
-    """What was decided, what is left, and the command to go on with."""
+def _say_next(arguments: argparse.Namespace, told: Sequence[Told], remarks: Sequence[str], out: Path) -> None:
+    """What was decided, what is left, what else was seen, and the command to go on with."""
     sure = [one.signal.name for one in told if not one.doubt]
     print(f"{out}: decided by the data, to be confirmed: {', '.join(sure) or 'nothing'}")
     for one in told:
         if one.doubt:
             print(f"  left to you: {one.signal.name} from {one.signal.field!r} ({one.doubt})")
+    for remark in remarks:
+        print(f"  {remark}")
     log = f"{arguments.log} --map {out}"
-    commands = [f"dvp doctor {log}"]
     if arguments.model:
         log += f" --model {arguments.model}"
+    commands = [f"dvp doctor {log}"]
+    if arguments.model:
         page = out.with_suffix("")
         commands += [f"dvp compare {log} --report {page}.html", f"dvp diagnose {log} --report {page}.diagnosis.html"]
     print("\n      ".join([f"next: {commands[0]}", *commands[1:]]), file=sys.stderr)

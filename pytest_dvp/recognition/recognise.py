@@ -32,7 +32,7 @@ from pytest_dvp.recognition.drive_motion import (
     wraps,
 )
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
-from pytest_dvp.recognition.recognised import Recognised, Recognition
+from pytest_dvp.recognition.recognised import Recognised, Recognition, otherwise_named
 from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
 from pytest_dvp.recognition.words import Family, families, is_command, words_of
 
@@ -92,7 +92,8 @@ class _Search:
         found += self._motion(choices)
         found += self._controls(choices)
         used = {one.column.key for one in found}
-        return Recognition(tuple(self._as_firm_as_known(one, used) for one in found), tuple(self.remarks))
+        remarks = (*self.remarks, *otherwise_named(found))
+        return Recognition(tuple(self._as_firm_as_known(one, used) for one in found), remarks)
 
     def _as_firm_as_known(self, one: Recognised, used: Collection[tuple[str, str]]) -> Recognised:
         """What a column's name does not say is decided by geometry: a path that a heading goes with, and for what is

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
+from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.mapping import SignalMap
 from pytest_dvp.recognition.columns import Column
+
+ACCELERATIONS = frozenset({"ax", "ay"})
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -36,6 +40,16 @@ class Recognised:
             self.name, self.column.topic, self.column.field, unit, scale=self.scale, sign=self.sign,
             offset=self.offset, ratio=self.ratio, frame=self.frame,
         )  # fmt: skip
+
+
+def otherwise_named(found: Sequence[Recognised]) -> list[str]:
+    """A sentence for each acceleration whose column is named after the other one: the sensor may be mounted turned."""
+    return [
+        f"{one.column.field} is taken as {one.name}, because its numbers follow it, although its name says "
+        f"{canonical(one.column.name)}: is the sensor mounted turned by 90 degrees?"
+        for one in found
+        if one.name in ACCELERATIONS and canonical(one.column.name) in ACCELERATIONS - {one.name}
+    ]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -15,12 +15,12 @@ def starting_model(names: Collection[str], wheelbase: float, mass: float | None)
     controller that nobody knows yet.
     """
     steer = next((name for name in STEERS if name in names), "steer_cmd")
+    note = measured_drive(names)
     along = "accel_cmd" if "accel_cmd" in names else "v"
     lines = ["# Written by `dvp map --model`: what is known of the car before any log is fitted.", "[model]"]
     lines += ['base = "kinematic_bicycle"', "", "[inputs]", f'steer = "{steer}"']
     other = next((name for name in STEERS if name in names and name != steer), "")
     lines[-1] += f'  # or "{other}"' if other else ""
-    note = _drives(names) if along == "v" else ""
     lines.append(
         f'longitudinal = "{along}"' + (f"  # the speed is imposed; to look at the drive: {note}" if note else "")
     )
@@ -29,7 +29,11 @@ def starting_model(names: Collection[str], wheelbase: float, mass: float | None)
     return "\n".join(lines) + "\n"
 
 
-def _drives(names: Collection[str]) -> str:
+def measured_drive(names: Collection[str]) -> str:
+    """What can drive the model of `starting_model` along instead of the imposed speed, as its file says it; "" if a
+    wanted acceleration drives it already, or nothing can."""
+    if "accel_cmd" in names:
+        return ""
     for pair in (("throttle_cmd", "brake_cmd"), ("throttle_cmd", "brake_pressure"), ("throttle_cmd",), ("speed_cmd",)):
         if all(name in names for name in pair):
             effect = ', with [[effect]] name = "speed_controller" below' if pair == ("speed_cmd",) else ""

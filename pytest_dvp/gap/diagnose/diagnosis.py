@@ -108,7 +108,7 @@ class Samples:
 class Diagnosis:
     """Result of `diagnose`.
 
-    effects in the order of what they explain; ladder: the error after each; vetoed: effects that fitted but lost on
+    effects in the order of the ladder; ladder: the error after each; vetoed: effects that fitted but lost on
     data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
     name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
     effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file

@@ -170,11 +170,13 @@ def _crawl(m: Motion) -> float:
 
 
 def _slip(m: Motion) -> float:
-    """99th percentile of the angle [rad] between heading and motion, not at a crawl; 0 without positions."""
+    """99th percentile of the angle [rad] between heading and motion, ahead or astern, not at a crawl; 0 without
+    positions."""
     window = max(1, round(0.2 / m.step))
     vx, vy = (np.gradient(mean_around(p, window), m.t) for p in (m.x, m.y))
     fast = np.hypot(vx, vy) > _crawl(m)
-    angle = np.angle(np.exp(1j * (np.arctan2(vy, vx) - m.yaw)))[fast]
+    astern = np.where(m.v < 0.0, np.pi, 0.0)
+    angle = np.angle(np.exp(1j * (np.arctan2(vy, vx) - m.yaw - astern)))[fast]
     return float(np.percentile(np.abs(angle), 99.0)) if len(angle) > 50 else 0.0
 
 
@@ -189,8 +191,10 @@ def _read(entry: Mapping[str, Any], rhythm: Sequence[Peak]) -> tuple[str, str]:
         more = f" ({first['term']})" if first["key"] in _NUMBERED else ""
         return f"{axis} error {says}{more}; {100.0 * first['held_out_share']:.0f} % of it on segments left out", look
     if slip > SLIDES:
-        return (f"{axis} error where the car slides: it moves up to {slip:.2f} rad off its heading",
-                "grip of the tyres and the road, a spin; cut it out with LOG@from:to")  # fmt: skip
+        return (
+            f"{axis} error where the car slides: it moves up to {slip:.2f} rad off its heading",
+            "grip of the tyres and the road, a spin; `dvp compare` says when: cut it out with LOG@from:to",
+        )
     if place is not None and place > 0.5:
         says, look = READINGS["place"]
         return f"{axis} error {says}, {100.0 * place:.0f} % of it", look

@@ -29,6 +29,7 @@ DWARFS = 20.0  # times what is left over in the channels that it acts on: an eff
 ABOVE_REMAINDER = 0.2  # of chi^2/N that an effect must gain on data held out, where the twin has a known remainder:
 # fragments of that gained up to 0.13 on cars in MuJoCo, true effects 0.27 and more
 REMAINDER_ONLY = "on data held out it explains no more than the twin's known remainder may change by"
+MUCH_LEFT = "much is left over in"  # how that doubt begins; the signals follow
 TRACE = 0.1  # of what another effect gains on data held out: what gains less beside it, may be what that one does
 # otherwise on this car than in the catalogue. Two that were not there gained 0.002 and 0.04 of it, on cars of strangers
 SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out data do not show
@@ -178,7 +179,7 @@ class _Left:
             left = self._rest[channel] - samples
             if self._rest[channel] > CHANNEL_MISFIT * samples and gain < DWARFS * left:
                 found.append(channel)
-        return [f"much is left over in {', '.join(found)}, on which it acts"] if found else []
+        return [f"{MUCH_LEFT} {', '.join(found)}, on which it acts"] if found else []
 
 
 def _by_channel(whitened: FloatArray) -> dict[str, float]:

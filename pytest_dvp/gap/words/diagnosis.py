@@ -11,6 +11,7 @@ from pytest_dvp.gap.compare.segments import UNITS
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.error_shares import Share, percents, shares
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales
+from pytest_dvp.gap.diagnose.standing import MUCH_LEFT
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.residual_signature import signature_lines
 from vehicle.model.remainder import Remainder
@@ -147,7 +148,7 @@ def _lacks(found: Diagnosis, model: str) -> str:
     parts = []
     wanted = [e for e in found.effects if e.action == "add"]
     # a reader with a deadline adds what matters; the rest is in the table
-    chief = [e for e in wanted if e.gain >= SLIGHT] or wanted
+    chief = sorted((e for e in wanted if e.gain >= SLIGHT), key=lambda e: -e.gain) or wanted
     few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
     for does, mine in _by_standing(chief, "lacks", "may lack"):
         parts.append(f"{does} {_and([_choice(e) for e in mine])}")
@@ -244,9 +245,18 @@ COLOURED = 0.9  # of the samples: where fewer are independent, the answer says s
 def standing_lines(found: Diagnosis) -> list[str]:
     """Why effects are provisional, how values change while driving, and what the twin is known not to explain."""
     lines = []
-    for e in found.effects:
-        if e.standing == "provisional" and e.doubts:
+    open_ones = [e for e in found.effects if e.standing == "provisional" and e.doubts]
+    alike = [e for e in open_ones if all(each.startswith(MUCH_LEFT) for each in e.doubts)]
+    alike = alike if len(alike) > 1 else []
+    for e in open_ones:
+        if e not in alike:
             lines += _wrapped(f"provisional, {e.name}: ", e.doubts, "; ")
+    if alike:
+        signals = list(dict.fromkeys(word for e in alike for word in _left_in(e)))
+        reason = f"{MUCH_LEFT} {', '.join(signals)}, on which they act"
+        lines += _wrapped(
+            "provisional, for one reason: ", [*(e.name for e in alike[:-1]), f"{alike[-1].name}: {reason}"]
+        )
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
         lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
@@ -274,9 +284,14 @@ def standing_lines(found: Diagnosis) -> list[str]:
             "nothing was held out: no part of the logs could be set aside on which these effects show; name another "
             "log with --held-out"
         )
-    if open_ones := _provisional(found):
-        lines.append(f"provisional, and so added by name only: {', '.join(open_ones)}")
+    if by_name := _provisional(found):
+        lines.append(f"provisional, and so added by name only: {', '.join(by_name)}")
     return lines
+
+
+def _left_in(effect: NamedEffect) -> list[str]:
+    """Signals of its doubt `MUCH_LEFT`."""
+    return effect.doubts[0].removeprefix(MUCH_LEFT).rpartition(", on which")[0].strip().split(", ")
 
 
 def _rate(share: float) -> str:
@@ -324,7 +339,7 @@ def _second_opinion(found: Diagnosis) -> list[str]:
     score = dict(found.votes["ranking"])[first]
     instead = f" before {found.effects[0].name}" if found.effects else ""
     return [
-        "second opinion: on the whole error, regression without simulation votes for "
+        "second opinion: on the whole error, with no effect added yet, regression without simulation votes for "
         f"{first}{instead} ({100.0 * score:.0f} %)"
     ]
 

@@ -15,6 +15,7 @@ from pytest_dvp.gap.words.diagnosis import (
     interval,
     page,
     plan_command,
+    standing_lines,
     trial_command,
     value,
 )
@@ -238,3 +239,26 @@ def test_a_second_engine_that_votes_for_another_beside_the_rest_does_not_simply_
 def test_a_second_engine_that_could_not_judge_says_nothing() -> None:
     votes = {"first": None, "ranking": [], "not_judged": ["steer_delay"]}
     assert second_opinion(dataclasses.replace(NAMED, votes=votes)) == ""
+
+
+def test_one_reason_for_many_effects_is_told_once() -> None:
+    """A reader of eight times the same sentence does not see the one that differs."""
+    unlike = ("a rival votes", "much is left over in yaw, on which it acts")
+    doubts = {
+        "roll": ("much is left over in ay, on which it acts",),
+        "headwind": ("much is left over in v, ay, on which it acts",),
+        "mass": unlike,
+    }
+    effects = tuple(NamedEffect(name, {}, gain=1.0, doubts=each) for name, each in doubts.items())
+    assert standing_lines(dataclasses.replace(NAMED, effects=effects))[:2] == [
+        "provisional, mass: a rival votes; much is left over in yaw, on which it acts",
+        "provisional, for one reason: roll, headwind: much is left over in ay, v, on which they act",
+    ]
+    alone = standing_lines(dataclasses.replace(NAMED, effects=effects[:1]))
+    assert alone[0] == "provisional, roll: much is left over in ay, on which it acts"
+
+
+def test_a_headline_begins_with_what_explains_most() -> None:
+    effects = tuple(NamedEffect(name, {}, gain=gain) for name, gain in (("roll", 0.1), ("headwind", 0.6)))
+    found = headline(dataclasses.replace(NAMED, verdict="PARTIAL", effects=effects), "car.toml")
+    assert found.startswith("car.toml may lack headwind and roll;")

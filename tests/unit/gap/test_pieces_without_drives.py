@@ -430,7 +430,7 @@ def test_what_is_of_the_run_is_told_for_each_run_held_out(monkeypatch: pytest.Mo
 )  # fmt: skip
 def test_a_second_opinion_is_told_where_it_is_another(votes: dict[str, Any], effects: bool, said: str) -> None:
     asked = found(votes=votes) if effects else found(votes=votes, effects=())
-    start = "second opinion: on the whole error, regression without simulation votes for "
+    start = "second opinion: on the whole error, with no effect added yet, regression without simulation votes for "
     assert _second_opinion(asked) == ([start + said] if said else [])
 
 

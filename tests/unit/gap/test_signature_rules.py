@@ -172,6 +172,8 @@ def test_a_slide_is_the_angle_between_heading_and_way() -> None:
         way = np.minimum(8.0 * t, 8.0 * seconds)
         assert (_slip(a_motion(x=way, y=way)) > 0.0) is told
     assert _slip(a_motion()) == 0.0
+    backwards = a_motion(x=-8.0 * t * np.cos(0.2), y=-8.0 * t * np.sin(0.2), v=np.full(N, -8.0))
+    assert _slip(backwards) == pytest.approx(0.2, abs=0.01)  # a car that drives astern does not slide by half a turn
 
 
 def entry(axis: str = "longitudinal", **given: Any) -> dict[str, Any]:
@@ -184,7 +186,8 @@ def term(key: str, share: float) -> dict[str, Any]:
     return {"key": key, "term": f"the {key}", "held_out_share": share}
 
 
-PLACE, CUT = READINGS["place"], "grip of the tyres and the road, a spin; cut it out with LOG@from:to"
+PLACE = READINGS["place"]
+CUT = "grip of the tyres and the road, a spin; `dvp compare` says when: cut it out with LOG@from:to"
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ class RawFile:
     mirrored: bool = False
 
 
-def _csv(path: Path, columns: Mapping[str, FloatArray], mark: str = ",", point: str = ".", head: str = "") -> None:
+def csv(path: Path, columns: Mapping[str, FloatArray], mark: str = ",", point: str = ".", head: str = "") -> None:
     rows = np.column_stack(list(columns.values()))
     lines = [mark.join("" if np.isnan(value) else f"{value:.19g}".replace(".", point) for value in row) for row in rows]
     path.write_text(head + mark.join(columns) + "\n" + "\n".join(lines) + "\n", encoding="utf-8")
@@ -52,13 +52,13 @@ def _wrapped(angle: FloatArray, turn: float = 2.0 * np.pi) -> FloatArray:
 
 
 def german(path: Path, d: Columns) -> None:
-    _csv(path, {"Zeit": d["t"], "Geschwindigkeit": d["v"] * KMH, "Gierrate": d["yaw_rate"] * DEG,
+    csv(path, {"Zeit": d["t"], "Geschwindigkeit": d["v"] * KMH, "Gierrate": d["yaw_rate"] * DEG,
                 "Querbeschleunigung": d["ay"], "Laengsbeschleunigung": d["ax"],
                 "Lenkradwinkel": d["steer_cmd"] * DEG * 15.8}, ";", ",")  # fmt: skip
 
 
 def can_bus(path: Path, d: Columns) -> None:
-    _csv(path, {"timestamp": d["t"] * 1e3 + 1.7e12, "VehSpd": d["v"] * KMH, "YawRate": d["yaw_rate"] * DEG,
+    csv(path, {"timestamp": d["t"] * 1e3 + 1.7e12, "VehSpd": d["v"] * KMH, "YawRate": d["yaw_rate"] * DEG,
                 "LatAcc": d["ay"] / G, "LongAcc": d["ax"] / G, "StrWhlAng": d["steer_cmd"] * DEG * 14.6,
                 "EngRpm": 900.0 + 80.0 * d["v"]})  # fmt: skip
 
@@ -67,7 +67,7 @@ def rostopic(path: Path, d: Columns) -> None:
     half = 0.5 * d["yaw"]
     stamp = np.round((d["t"] + 1.65e9) * 1e9)
     zero = np.zeros(len(half))
-    _csv(path, {"%time": stamp, "field.header.seq": np.arange(len(half)) * 1.0,
+    csv(path, {"%time": stamp, "field.header.seq": np.arange(len(half)) * 1.0,
                 "field.pose.pose.position.x": d["x"], "field.pose.pose.position.y": d["y"],
                 "field.pose.pose.orientation.x": zero, "field.pose.pose.orientation.y": zero,
                 "field.pose.pose.orientation.z": np.sin(half), "field.pose.pose.orientation.w": np.cos(half),
@@ -76,7 +76,7 @@ def rostopic(path: Path, d: Columns) -> None:
 
 
 def foxglove(path: Path, d: Columns) -> None:
-    _csv(path, {"elapsed time": d["t"], "/odom/pose/pose/position/x": d["x"], "/odom/pose/pose/position/y": d["y"],
+    csv(path, {"elapsed time": d["t"], "/odom/pose/pose/position/x": d["x"], "/odom/pose/pose/position/y": d["y"],
                 "/odom/twist/twist/linear/x": d["v"], "/imu/angular_velocity/z": d["yaw_rate"],
                 "/imu/linear_acceleration/x": d["ax"], "/imu/linear_acceleration/y": d["ay"],
                 "/cmd/steering_angle": d["steer_cmd"]})  # fmt: skip
@@ -86,7 +86,7 @@ def gnss(path: Path, d: Columns) -> None:
     latitude = ORIGIN[0] + np.degrees(d["y"] / 6.365e6)
     longitude = ORIGIN[1] + np.degrees(d["x"] / (6.391e6 * np.cos(np.radians(ORIGIN[0]))))
     compass = (90.0 - d["yaw"] * DEG) % 360.0
-    _csv(path, {"Time": d["t"], "Latitude": latitude, "Longitude": longitude, "Heading": compass,
+    csv(path, {"Time": d["t"], "Latitude": latitude, "Longitude": longitude, "Heading": compass,
                 "Speed": d["v"] * KNOT, "Gyro": -d["yaw_rate"] * DEG, "Steering": d["steer_cmd"] * DEG})  # fmt: skip
 
 
@@ -97,35 +97,35 @@ def nmea(path: Path, d: Columns) -> None:
     def minutes(angle: FloatArray) -> FloatArray:
         return np.trunc(angle) * 100.0 + (angle - np.trunc(angle)) * 60.0
 
-    _csv(path, {"time": d["t"], "lat": minutes(latitude), "lon": minutes(longitude),
+    csv(path, {"time": d["t"], "lat": minutes(latitude), "lon": minutes(longitude),
                 "course": (90.0 - d["yaw"] * DEG) % 360.0, "spd": d["v"] * KNOT, "wz": d["yaw_rate"],
                 "delta": d["steer_cmd"]})  # fmt: skip
 
 
 def no_position(path: Path, d: Columns) -> None:
-    _csv(path, {"t": d["t"], "v": d["v"] * KMH, "r": d["yaw_rate"], "ay": d["ay"], "ax": d["ax"],
+    csv(path, {"t": d["t"], "v": d["v"] * KMH, "r": d["yaw_rate"], "ay": d["ay"], "ax": d["ax"],
                 "delta": d["steer_cmd"]})  # fmt: skip
 
 
 def channels(path: Path, d: Columns) -> None:
-    _csv(path, {"ch0": d["t"], "ch1": d["v"], "ch2": d["yaw_rate"] * DEG, "ch3": d["ay"], "ch4": d["steer_cmd"],
+    csv(path, {"ch0": d["t"], "ch1": d["v"], "ch2": d["yaw_rate"] * DEG, "ch3": d["ay"], "ch4": d["steer_cmd"],
                 "x": d["x"], "y": d["y"], "ch5": d["yaw"]})  # fmt: skip
 
 
 def motion_capture(path: Path, d: Columns) -> None:
-    _csv(path, {"": np.arange(len(d["t"])) * 1.0, "time_us": d["t"] * 1e6 + 5e8, "px": d["x"] * 1e3, "py": d["y"] * 1e3,
+    csv(path, {"": np.arange(len(d["t"])) * 1.0, "time_us": d["t"] * 1e6 + 5e8, "px": d["x"] * 1e3, "py": d["y"] * 1e3,
                 "theta": _wrapped(d["yaw"]) * DEG, "wheel_encoder_speed": d["v"], "steering": d["steer_cmd"] / 0.45,
                 "throttle": np.clip(d["accel_cmd"] / 3.0, 0, 1) * 100.0})  # fmt: skip
 
 
 def seaman(path: Path, d: Columns) -> None:
     """x to the north and y to the east, heading and all in the car positive to the right."""
-    _csv(path, {"t": d["t"], "north": d["y"], "east": d["x"], "psi": 0.5 * np.pi - d["yaw"], "u": d["v"],
+    csv(path, {"t": d["t"], "north": d["y"], "east": d["x"], "psi": 0.5 * np.pi - d["yaw"], "u": d["v"],
                 "r": -d["yaw_rate"], "ay": -d["ay"], "delta_f": -d["steer_cmd"]})  # fmt: skip
 
 
 def american(path: Path, d: Columns) -> None:
-    _csv(path, {"Elapsed Time (s)": d["t"], "GPS Speed (mph)": d["v"] * MPH, "Yaw Rate (deg/s)": d["yaw_rate"] * DEG,
+    csv(path, {"Elapsed Time (s)": d["t"], "GPS Speed (mph)": d["v"] * MPH, "Yaw Rate (deg/s)": d["yaw_rate"] * DEG,
                 "Lateral Accel (g)": d["ay"] / G, "Longitudinal Accel (g)": d["ax"] / G,
                 "Steering Wheel Angle (deg)": d["steer_cmd"] * DEG * 16.2},
          head='"Logger: XY-7"\n"Driver: unknown"\n')  # fmt: skip
@@ -139,7 +139,7 @@ def sparse(path: Path, d: Columns) -> None:
         found[shift::n] = values[shift::n]
         return found
 
-    _csv(path, {"stamp": d["t"] + 12.5, "gps_x": every(d["x"], 10), "gps_y": every(d["y"], 10),
+    csv(path, {"stamp": d["t"] + 12.5, "gps_x": every(d["x"], 10), "gps_y": every(d["y"], 10),
                 "heading": every(d["yaw"], 10), "speed": every(d["v"], 5, 2), "imu_gz": every(-d["yaw_rate"], 2),
                 "imu_ax": every(-d["ax"], 2), "imu_ay": every(-d["ay"], 2),
                 "steer_cmd": every(d["steer_cmd"], 4, 1)})  # fmt: skip
@@ -162,7 +162,7 @@ def matlab(path: Path, d: Columns) -> None:
 def openpilot(path: Path, d: Columns) -> None:
     latitude = ORIGIN[0] + np.degrees(d["y"] / 6.365e6)
     longitude = ORIGIN[1] + np.degrees(d["x"] / (6.391e6 * np.cos(np.radians(ORIGIN[0]))))
-    _csv(path, {"mono_time": np.round(d["t"] * 1e9 + 3e12), "carState.vEgo": d["v"], "carState.aEgo": d["ax"],
+    csv(path, {"mono_time": np.round(d["t"] * 1e9 + 3e12), "carState.vEgo": d["v"], "carState.aEgo": d["ax"],
                 "carState.steeringAngleDeg": d["steer_cmd"] * DEG * 13.7, "carState.yawRate": d["yaw_rate"],
                 "gps.latitude": latitude, "gps.longitude": longitude,
                 "carState.gasPressed": 1.0 * (d["accel_cmd"] > 0.1),
@@ -183,20 +183,20 @@ def inertial_navigation(path: Path, d: Columns) -> None:
 
 def two_velocities(path: Path, d: Columns) -> None:
     """No speed, but its parts to the east and the north, in knots; positions in feet."""
-    _csv(path, {"TOW_ms": d["t"] * 1e3 + 4e8, "E_ft": d["x"] / 0.3048, "N_ft": d["y"] / 0.3048,
+    csv(path, {"TOW_ms": d["t"] * 1e3 + 4e8, "E_ft": d["x"] / 0.3048, "N_ft": d["y"] / 0.3048,
                 "VelE": d["v"] * np.cos(d["yaw"]) * KNOT, "VelN": d["v"] * np.sin(d["yaw"]) * KNOT,
                 "GyroZ": d["yaw_rate"] * DEG, "swa": d["steer_cmd"] * 18.0})  # fmt: skip
 
 
 def only_positions(path: Path, d: Columns) -> None:
     """Motion capture and commands: no column measures a speed."""
-    _csv(path, {"elapsed": d["t"], "optitrack_x": d["x"], "optitrack_y": d["y"], "optitrack_yaw": _wrapped(d["yaw"]),
+    csv(path, {"elapsed": d["t"], "optitrack_x": d["x"], "optitrack_y": d["y"], "optitrack_yaw": _wrapped(d["yaw"]),
                 "cmd_steer": -d["steer_cmd"] / 0.5, "cmd_throttle": np.clip(d["accel_cmd"] / 3.0, 0, 1)})  # fmt: skip
 
 
 def wheels(path: Path, d: Columns) -> None:
     half = 0.75 * d["yaw_rate"]
-    _csv(path, {"time": d["t"], "x_utm": d["x"] + 5.9e5, "y_utm": d["y"] + 5.76e6, "WhlSpd_FL": (d["v"] - half) * KMH,
+    csv(path, {"time": d["t"], "x_utm": d["x"] + 5.9e5, "y_utm": d["y"] + 5.76e6, "WhlSpd_FL": (d["v"] - half) * KMH,
                 "WhlSpd_FR": (d["v"] + half) * KMH, "WhlSpd_RL": (d["v"] - half) * KMH,
                 "WhlSpd_RR": (d["v"] + half) * KMH, "ESP_yaw": d["yaw_rate"] * DEG, "ESP_lat_acc": d["ay"],
                 "EPS_angle": d["steer_cmd"] * DEG * 15.0})  # fmt: skip
@@ -240,7 +240,7 @@ def dates(path: Path, d: Columns) -> None:
 
 def race_car(path: Path, d: Columns) -> None:
     """A lap timer: percent of pedals, g, degrees, and channels that mislead."""
-    _csv(path, {"Time": d["t"], "Distance": np.cumsum(d["v"]) * 0.02, "Ground Speed": d["v"] * KMH,
+    csv(path, {"Time": d["t"], "Distance": np.cumsum(d["v"]) * 0.02, "Ground Speed": d["v"] * KMH,
                 "CAN Speed": 1.08 * d["v"] * KMH, "G Force Lat": -d["ay"] / G, "G Force Long": d["ax"] / G,
                 "Gyro Yaw": -d["yaw_rate"] * DEG, "Gyro Roll": 0.3 * d["ay"], "Steer Pos": -d["steer_cmd"] * DEG * 12.0,
                 "Throttle Pos": np.clip(d["accel_cmd"] / 3.0, 0, 1) * 100.0,
@@ -249,7 +249,7 @@ def race_car(path: Path, d: Columns) -> None:
 
 def left_handed(path: Path, d: Columns) -> None:
     """A game engine: x forward on the map, y to the right, yaw clockwise in degrees."""
-    _csv(path, {"sim_time": d["t"], "Location.X": d["x"], "Location.Y": -d["y"],
+    csv(path, {"sim_time": d["t"], "Location.X": d["x"], "Location.Y": -d["y"],
                 "Rotation.Yaw": -_wrapped(d["yaw"]) * DEG,
                 "Speed": d["v"] * KMH, "AngularVelocity.Z": -d["yaw_rate"] * DEG, "Steer": -d["steer_cmd"] / 0.61,
                 "Throttle": np.clip(d["accel_cmd"] / 3.0, 0, 1)})  # fmt: skip
@@ -258,7 +258,7 @@ def left_handed(path: Path, d: Columns) -> None:
 def controller(path: Path, d: Columns) -> None:
     """Wanted and measured values side by side, and a reference path that looks like a position."""
     late = np.interp(d["t"] - 0.3, d["t"], d["v"])
-    _csv(path, {"t_sec": d["t"], "ref_x": d["x"] + 1.0, "ref_y": d["y"] - 0.5, "ref_yaw": d["yaw"],
+    csv(path, {"t_sec": d["t"], "ref_x": d["x"] + 1.0, "ref_y": d["y"] - 0.5, "ref_yaw": d["yaw"],
                 "est_x": d["x"], "est_y": d["y"], "est_psi": d["yaw"], "v_des": d["v"], "v_meas": late,
                 "omega": d["yaw_rate"], "delta_des": d["steer_cmd"],
                 "delta_meas": np.interp(d["t"] - 0.12, d["t"], d["steer_cmd"])})  # fmt: skip

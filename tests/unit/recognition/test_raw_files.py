@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from raw_files import FILES, WHEELBASE, RawFile, headless, truth
+from raw_files import FILES, WHEELBASE, Columns, RawFile, csv, headless, truth
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.recognition.starting_model import measured_drive, starting_model
 
 CLOSE = 0.12  # of the truth: units are further apart than that; a steering ratio is an estimate
 
@@ -87,6 +88,42 @@ def test_the_least_model_drives_by_what_the_log_has(tmp_path: Path, capsys: pyte
     assert main(["map", str(log), "--out", str(tmp_path / "again.toml"), *asked]) == 0
     assert main(["compare", str(log), "--map", str(mapping), "--model", str(model)]) == 0
     assert "yaw_rate" in capsys.readouterr().out
+
+
+def turned(path: Path, d: Columns) -> None:
+    """The inertial unit looks to the left: its x axis is the car's y axis."""
+    csv(path, {"t": d["t"], "x": d["x"], "y": d["y"], "yaw": d["yaw"], "v": d["v"], "yaw_rate": d["yaw_rate"],
+                     "imu/ax": d["ay"], "imu/ay": -d["ax"], "delta": d["steer_cmd"], "V": d["v"]})  # fmt: skip
+
+
+def test_what_an_engineer_must_confirm_is_said_in_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, model = tmp_path / "turned.csv", tmp_path / "car.toml"
+    turned(log, truth())
+    asked = ["--wheelbase", str(WHEELBASE), "--model", str(model), "--out", str(tmp_path / "map.toml")]
+    assert main(["map", str(log), *asked]) == 0
+    said = capsys.readouterr()
+    assert "imu/ax is taken as ay, because its numbers follow it, although its name says ax: " in said.out
+    assert f"next: dvp doctor {log} --map {tmp_path / 'map.toml'} --model {model}\n" in said.err
+    mapping = (tmp_path / "map.toml").read_text()
+    assert "although its name says ax" in " ".join(mapping.replace("#", "").split())
+    told = f"{model} takes the speed from the log: to judge the drive too, see longitudinal in it"
+    assert (told in said.out) == ('"speed_cmd"' in model.read_text())
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        (("v", "speed_cmd"), '"speed_cmd", with [[effect]] name = "speed_controller" below'),
+        (("v", "throttle_cmd", "brake_cmd"), '"throttle_cmd + brake_cmd"'), (("v", "accel_cmd", "speed_cmd"), ""),
+        (("v",), ""),
+    ],
+)  # fmt: skip
+def test_what_could_drive_the_model_is_named(names: tuple[str, ...], said: str) -> None:
+    assert measured_drive(names) == said
+    text = starting_model(names, 2.7, None)
+    assert (said in text) if said else ("to look at the drive" not in text)
 
 
 @pytest.mark.parametrize(("option", "text"), [("--wheelbase", "2600"), ("--mass", "heavy"), ("--wheelbase", "nan")])
