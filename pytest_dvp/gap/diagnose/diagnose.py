@@ -73,7 +73,9 @@ def diagnose(
     search, found, removed, instead = searched(SearchSpace(target, tried, refiners, nuisance, start, tick), model)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
-    found, vetoed, gains, judges = judged(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
+    found, vetoed, gains, judges, chose = judged(
+        search, found, judges, lambda: folds_with_setup(held_out, model, effects)
+    )
     final = found.final
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
@@ -136,6 +138,7 @@ def diagnose(
         values=final.values,
         remainder=model.remainder,
         samples=Samples(target.count, target.independent, *target.slides()),
+        chosen_by_held_out=chose,
     )
 
 

@@ -112,7 +112,8 @@ class Diagnosis:
     data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
     name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
     effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file
-    says that its twin is known not to explain, which counts as noise; samples: how many were fitted.
+    says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
+    chosen_by_held_out: the data held out took part in choosing the effects, so their figures are a little too good.
     """
 
     verdict: Verdict
@@ -129,6 +130,7 @@ class Diagnosis:
     null_line: float | None = None
     remainder: Remainder = dataclasses.field(default_factory=dict)
     samples: Samples = Samples(0, 0.0)
+    chosen_by_held_out: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -167,4 +169,5 @@ class Diagnosis:
             "null_line": self.null_line,
             "remainder": {channel: dict(regimes) for channel, regimes in self.remainder.items()},
             "samples": dataclasses.asdict(self.samples),
+            "chosen_by_held_out": self.chosen_by_held_out,
         }

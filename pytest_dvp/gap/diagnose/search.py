@@ -171,13 +171,13 @@ class Search:
         whole = whole_actuators(self, now) if self.misfit(now) else iter(())
         return next((trial for trial in whole if self.is_worth_adding(now, trial)), now)
 
-    def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
+    def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = (), most: int = MOST) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
-        effects that are not tried."""
+        effects that are not tried; most: effects of a set."""
         while True:
             left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
             self.tick(f"{self._way}effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
-            paying = self._next(now, barred)
+            paying = self._next(now, barred, most)
             if not paying:
                 break
             turns += paying[1:2]
@@ -243,13 +243,13 @@ class Search:
                     known=like.fit if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
-    def _next(self, now: Trial, barred: Collection[str] = ()) -> list[Trial]:
+    def _next(self, now: Trial, barred: Collection[str] = (), most: int = MOST) -> list[Trial]:
         """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
         sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
         if a finer one does far better than the best of them."""
         if self.within_noise(now):
             return []
-        most = MOST if now.chi2 < max(NEAR * self.count, SHARE * self._given) else FEWER
+        most = most if now.chi2 < max(NEAR * self.count, SHARE * self._given) else FEWER
         full = sum(not self.known[name].detail for name in now.names) >= most
         found: list[Trial] = []
         for detail in (True,) if full else (False, True):

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeAlias
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
+from pytest_dvp.gap.diagnose.held_out_growth import grown_for_held_out
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.quiet_effects import is_beyond_remainder, is_far_beyond, is_imitated, quiet
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
@@ -30,12 +31,13 @@ Apart: TypeAlias = Callable[[], tuple[Fold, ...]]
 
 class Judged(NamedTuple):
     """What is left of a search's result, the effects taken out, what each one left gains on the judging data (chi^2/N),
-    and the judges that were asked in the end."""
+    the judges that were asked in the end, and whether they took part in choosing the effects."""
 
     found: SearchResult
     vetoed: tuple[str, ...]
     gains: dict[str, float]
     judges: tuple[Fold, ...]
+    chose: bool = False
 
 
 def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Apart) -> Judged:
@@ -45,8 +47,9 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     over without them: something new is there then, and what explains it best is told. Where nothing is named any more,
     an effect that is quieter than they seemed may be there, and is asked for.
     """
-    found = chosen(search, found, judges)
-    strict = _veto(search, found, judges, apart, fragment=ABOVE_REMAINDER)
+    preferred = grown_for_held_out(search, chosen(search, found, judges), judges)
+    strict = _veto(search, preferred, judges, apart, fragment=ABOVE_REMAINDER)
+    strict = strict._replace(chose=preferred is not found)
     if not (search.target.excused and strict.vetoed):
         return strict
     if search.misfit(strict.found.final):

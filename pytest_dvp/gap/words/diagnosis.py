@@ -284,6 +284,11 @@ def standing_lines(found: Diagnosis) -> list[str]:
             "nothing was held out: no part of the logs could be set aside on which these effects show; name another "
             "log with --held-out"
         )
+    if found.chosen_by_held_out:
+        lines.append(
+            "the data held out took part in choosing the effects, so their figures are a little too good: a third "
+            "drive tells the true ones (dvp compare)"
+        )
     if by_name := _provisional(found):
         lines.append(f"provisional, and so added by name only: {', '.join(by_name)}")
     return lines

@@ -262,3 +262,12 @@ def test_a_headline_begins_with_what_explains_most() -> None:
     effects = tuple(NamedEffect(name, {}, gain=gain) for name, gain in (("roll", 0.1), ("headwind", 0.6)))
     found = headline(dataclasses.replace(NAMED, verdict="PARTIAL", effects=effects), "car.toml")
     assert found.startswith("car.toml may lack headwind and roll;")
+
+
+def test_held_out_data_that_chose_are_not_said_to_be_untouched() -> None:
+    said = "the data held out took part in choosing the effects"
+    assert not any(line.startswith(said) for line in standing_lines(NAMED))
+    assert not NAMED.as_dict()["chosen_by_held_out"]
+    found = dataclasses.replace(NAMED, chosen_by_held_out=True)
+    assert any(line.startswith(said) for line in standing_lines(found))
+    assert found.as_dict()["chosen_by_held_out"]

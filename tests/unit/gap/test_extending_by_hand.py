@@ -353,7 +353,7 @@ class Diagnosing:
             "experiment_set": experiments,
             "searched": lambda space, model: (self.search, found, dict.fromkeys(removed, 1.0), ("other",)),
             "folds": lambda *asked: (),
-            "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, ()),
+            "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, (), False),
             "_misfit": lambda judges: judged,
             "rivals_over_segments": lambda *asked: dict.fromkeys(names, ("far", "near")),
             "changing_instead": lambda *asked: {}, "_measured": lambda search, final, model: (final, {}),

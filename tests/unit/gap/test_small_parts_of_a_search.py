@@ -58,7 +58,7 @@ def test_each_set_of_a_climb_begins_where_the_one_before_ended(monkeypatch: pyte
     assert asked == [((), None), (("mass",), first), (("mass",), second)]
     asked.clear()
     rounds = iter([[first, other], [second], []])
-    monkeypatch.setattr(search, "_next", lambda now, barred: next(rounds))
+    monkeypatch.setattr(search, "_next", lambda now, barred, most: next(rounds))
     turns: list[Any] = []
     assert search.grown(start, turns) is second
     assert turns == [other]  # the second best of each round, where there is one

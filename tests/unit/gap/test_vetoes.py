@@ -349,3 +349,13 @@ def test_a_vetoed_set_beside_a_remainder_is_judged_again_by_what_explains_most(
     asked.clear()
     assert judged(search, found, (), lambda: ()).vetoed == ("brake_gain",)
     assert asked == [0.2]
+
+
+@pytest.mark.parametrize("rivalled", [False, True])
+def test_a_veto_tells_that_its_judges_chose(monkeypatch: pytest.MonkeyPatch, rivalled: bool) -> None:
+    search, found = named((DRIVE, 2.0))
+    other = dataclasses.replace(found, rivals={"drive_gain": ("mass",)})
+    monkeypatch.setattr(veto, "grown_for_held_out", lambda search, found, judges: other if rivalled else found)
+    left = judged(search, found, (), lambda: ())
+    assert left.chose == rivalled
+    assert left.found is (other if rivalled else found)

@@ -1,0 +1,162 @@
+"""Far from the noise, what only the fitted drive asks for makes room for what held-out drives ask for as well."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose import held_out_choice
+from pytest_dvp.gap.diagnose.held_out import Fold
+from pytest_dvp.gap.diagnose.held_out_growth import MORE, SUSPECTS, TURNS, grown_for_held_out
+from pytest_dvp.gap.diagnose.search import FAR, MOST, PRACTICAL, SearchResult
+
+COUNT = 1000
+BAND, HILL, TRUE = "pedal_deadband", "road_profile", "rolling_resistance"
+
+
+class Sets:
+    """A search whose sets leave what `held` tells of held-out data, by names, 10 where it tells nothing, and `level` of
+    the data fitted on. Without an effect, what `next_to` tells of the rest pays, unless it is barred."""
+
+    def __init__(
+        self, held: dict[str, float], next_to: dict[str, str], *, level: float = 4.0, excused: bool = False
+    ) -> None:
+        self.held, self.next_to, self.level, self.count = held, next_to, level, COUNT
+        self.said: list[str] = []
+        self.instead: tuple[str, ...] = ()
+        self.room: list[int] = []
+        self.settled: list[Any] = []
+        self.target = SimpleNamespace(excused=excused, settle=self.settled.append)
+
+    def trial(self, names: Sequence[str], values: Any = None, zoom: bool = False, like: Any = None) -> SimpleNamespace:
+        left = self.held.get(" ".join(sorted(names)), 10.0)
+        return SimpleNamespace(names=tuple(names), values={"held": left * COUNT}, chi2=self.level * COUNT)
+
+    def without(self, final: SimpleNamespace, name: str) -> SimpleNamespace:
+        return self.trial([n for n in final.names if n != name])
+
+    def in_place_of(self, final: SimpleNamespace, name: str) -> list[SimpleNamespace]:
+        rest = [n for n in final.names if n != name]
+        return [self.trial((*rest, other)) for other in self.instead if other not in final.names]
+
+    def grown(self, now: SimpleNamespace, turns: list[Any], barred: Sequence[str], most: int) -> SimpleNamespace:
+        self.room.append(most - len(now.names))
+        more = self.next_to.get(" ".join(sorted(now.names)), "")
+        return self.trial((*now.names, more)) if more and more not in barred else now
+
+    def pruned(self, trial: SimpleNamespace) -> SimpleNamespace:
+        return trial
+
+    def tick(self, text: str) -> None:
+        self.said.append(text)
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(held_out_choice, "refit_on_fold", lambda search, fold, trial: trial)
+
+
+def judge() -> Fold:
+    of = SimpleNamespace(count=COUNT, whitened=lambda values: np.array([np.sqrt(values["held"])]))
+    return Fold(None, of)  # type: ignore[arg-type]
+
+
+def after(search: Sets, names: Sequence[str], judges: int = 1) -> SearchResult:
+    begin = SearchResult(search.trial(names), dict.fromkeys(names, ()), ())  # type: ignore[arg-type]
+    return grown_for_held_out(search, begin, (judge(),) * judges)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(1.1 * PRACTICAL, True), (0.9 * PRACTICAL, False), (-0.5, False)])
+def test_a_set_grown_anew_is_taken_where_held_out_data_clearly_gain(gain: float, taken: bool) -> None:
+    search = Sets({BAND: 10.0, "": 10.0, TRUE: 10.0 - 10.0 * gain}, {"": TRUE})
+    found = after(search, [BAND])
+    assert found.final.names == ((TRUE,) if taken else (BAND,))
+    assert found.rivals == ({TRUE: (BAND,)} if taken else {BAND: ()})
+    assert search.said[0] == f"held-out data need no {BAND}: chi²/N 10"
+    if not taken:  # the segments begin again where the set that stays leaves them
+        assert search.settled[-1] == found.final.values
+
+
+@pytest.mark.parametrize(("alone", "asked"), [(1.04, True), (1.06, False)])
+def test_only_what_held_out_data_hardly_need_is_asked_for(alone: float, asked: bool) -> None:
+    """Without it they are left with `alone` times as much."""
+    search = Sets({BAND: 10.0, "": 10.0 * alone, TRUE: 5.0}, {"": TRUE})
+    assert after(search, [BAND]).final.names == ((TRUE,) if asked else (BAND,))
+
+
+def test_one_after_the_other_makes_room_and_what_went_does_not_come_back() -> None:
+    held = {
+        f"{BAND} {HILL}": 10.0, HILL: 9.9, BAND: 10.0, f"{TRUE} {HILL}": 9.0, f"{HILL} {TRUE}": 9.0, TRUE: 8.9,
+        "road_grade " + TRUE: 7.0,
+    }  # fmt: skip
+    search = Sets({" ".join(sorted(k.split())): v for k, v in held.items()}, {HILL: TRUE, TRUE: "road_grade"})
+    found = after(search, [BAND, HILL])
+    assert found.final.names == (TRUE, "road_grade")
+    assert found.rivals == {TRUE: (BAND,), "road_grade": (HILL,)}
+    back = Sets({"": 9.3, BAND: 3.0, TRUE: 9.0}, {"": BAND})
+    assert after(back, [TRUE]).final.names == (BAND,)
+    assert after(back, [BAND]).final.names == (BAND,)
+    assert back.said == [f"held-out data need no {TRUE}: chi²/N 9"]
+
+
+def test_one_that_fits_less_well_in_its_place_is_asked_too_unless_it_went_before() -> None:
+    """What explains the drive that is fitted best is not always what explains the next one."""
+    search = Sets({BAND: 10.0, TRUE: 6.0}, {})
+    search.instead = (HILL, TRUE)
+    assert after(search, [BAND]).final.names == (TRUE,)
+    back = Sets({BAND: 10.0, TRUE: 6.0}, {})  # in the place of the second one, the first one that went would be best
+    back.held |= {" ".join(sorted((BAND, "mass"))): 3.0, HILL: 5.9, f"{HILL} {TRUE}": 1.0}
+    back.instead = (TRUE, BAND)
+    assert BAND not in after(back, [BAND]).final.names
+
+
+def test_however_many_effects_there_are_some_may_come() -> None:
+    names = [f"effect_{k}" for k in range(MOST + 4)]
+    search = Sets({}, {})
+    after(search, names)
+    assert set(search.room) == {MORE}
+    alone = Sets({}, {})
+    after(alone, [BAND])
+    assert set(alone.room) == {MOST}
+
+
+def test_what_only_goes_is_left_to_the_veto() -> None:
+    """It allows a loss there that is small beside what the effect gains where it is fitted."""
+    assert after(Sets({BAND: 10.0, "": 5.0}, {}), [BAND]).final.names == (BAND,)
+    both = Sets({BAND: 10.0, "": 5.0, TRUE: 5.0 - 0.9 * 10.0 * PRACTICAL}, {"": TRUE})
+    assert after(both, [BAND]).final.names == (BAND,)
+    both.held[TRUE] = 5.0 - 1.1 * 10.0 * PRACTICAL
+    assert after(both, [BAND]).final.names == (TRUE,)
+
+
+def test_no_more_is_tried_than_is_worth_the_time() -> None:
+    names = [f"effect_{k}" for k in range(SUSPECTS + 2)]
+    search = Sets({}, {})
+    after(search, names)
+    assert len(search.said) == SUSPECTS
+    alike = Sets({}, {})  # each set with one more in the place of another is better by a tenth
+    alike.trial = lambda names, values=None, zoom=False, like=None: SimpleNamespace(  # type: ignore[method-assign]
+        names=tuple(names), values={"held": 10.0 * 0.9 ** sum("new" in n for n in names) * COUNT}, chi2=4.0 * COUNT
+    )
+    alike.in_place_of = lambda final, name: [  # type: ignore[method-assign]
+        alike.trial([*(n for n in final.names if n != name), f"new_{len(alike.said)}"])
+    ]
+    found = after(alike, [f"effect_{k}" for k in range(TURNS + 3)]).final.names
+    assert sum("new" in name for name in found) == TURNS
+
+
+def test_near_the_noise_beside_a_known_remainder_and_without_other_data_nothing_is_done() -> None:
+    held, following = {BAND: 10.0, "": 10.0, TRUE: 5.0}, {"": TRUE}
+    assert after(Sets(held, following, level=1.01 * FAR), [BAND]).final.names == (TRUE,)
+    assert after(Sets(held, following, level=0.99 * FAR), [BAND]).final.names == (BAND,)
+    assert after(Sets(held, following, excused=True), [BAND]).final.names == (BAND,)
+    assert after(Sets(held, following), [BAND], judges=0).final.names == (BAND,)
+    parts = (dataclasses.replace(judge(), fitted=judge().judge),)
+    search = Sets(held, following)
+    begin = SearchResult(search.trial([BAND]), {BAND: ()}, ())  # type: ignore[arg-type]
+    assert grown_for_held_out(search, begin, parts) is begin  # type: ignore[arg-type]
