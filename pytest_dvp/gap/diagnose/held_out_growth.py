@@ -43,11 +43,12 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
             search.target.settle(final.values)
         if not options:
             break
-        left, gone, other = min(options, key=lambda option: option[0])
+        _, gone, other = min(options, key=lambda option: option[0])
         barred.append(gone)
         rivals |= {new: (gone,) for new in other.names if new not in final.names}
         search.target.settle(other.values)
         final = search.trial(other.names, other.values, zoom=True, like=other)
+        left = left_held_out(search, final, judges)
     if final is found.final:
         return found
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
