@@ -29,41 +29,45 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
     if any(fold.fitted is not None for fold in judges):
         return found
     final, rivals = found.final, dict(found.rivals)
-    barred: list[str] = []
+    gone: list[str] = []
     left = left_held_out(search, final, judges)
     for _ in range(TURNS):
-        worth = PRACTICAL * max(left, 1.0)
-        options: list[tuple[float, str, Trial]] = []
-        for without, name in _suspects(search, final, judges, left + worth):
-            search.tick(f"held-out data need no {name}: chi²/N {left:.3g}")
-            for other in _others(search, final, name, barred):
-                held = left_held_out(search, other, judges)
-                if held < min(left, without) - worth:  # what comes must pay there: a veto takes out what only goes
-                    options.append((held, name, other))
-            search.target.settle(final.values)
-        if not options:
+        better = _better(search, final, judges, left, gone)
+        if better is None:
             break
-        _, gone, other = min(options, key=lambda option: option[0])
-        barred.append(gone)
-        rivals |= {new: (gone,) for new in other.names if new not in final.names}
-        search.target.settle(other.values)
-        final = search.trial(other.names, other.values, zoom=True, like=other)
+        gone.append(better[0])
+        rivals |= {new: (gone[-1],) for new in better[1].names if new not in final.names}
+        search.target.settle(better[1].values)
+        final = search.trial(better[1].names, better[1].values, zoom=True, like=better[1])
         left = left_held_out(search, final, judges)
     if final is found.final:
         return found
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
 
 
-def _suspects(search: Search, final: Trial, judges: Sequence[Fold], bound: float) -> list[tuple[float, str]]:
-    """Effects without which held-out data are left with less than `bound` (chi^2/N), with that, the least first."""
-    left = [(left_held_out(search, search.without(final, name), judges), name) for name in final.names]
-    return sorted(pair for pair in left if pair[0] < bound)[:SUSPECTS]
+def _better(
+    search: Search, final: Trial, judges: Sequence[Fold], left: float, gone: Sequence[str]
+) -> tuple[str, Trial] | None:
+    """The best of the sets with others in the place of an effect, and that effect, if it leaves held-out data less than
+    `left` (chi^2/N) by what is worth an effect. gone: effects that do not come back."""
+    worth = PRACTICAL * max(left, 1.0)
+    without = sorted((left_held_out(search, search.without(final, name), judges), name) for name in final.names)
+    best: tuple[float, str, Trial] | None = None
+    for less, name in [pair for pair in without if pair[0] < left + worth][:SUSPECTS]:
+        search.tick(f"held-out data need no {name}: chi²/N {left:.3g}")
+        for other in _others(search, final, name, gone):
+            held = left_held_out(search, other, judges)
+            pays = held < min(left, less) - worth  # what comes must pay there: a veto takes out what only goes
+            if pays and (best is None or held < best[0]):
+                best = held, name, other
+        search.target.settle(final.values)
+    return best and best[1:]
 
 
-def _others(search: Search, final: Trial, name: str, barred: Sequence[str]) -> Iterator[Trial]:
+def _others(search: Search, final: Trial, name: str, gone: Sequence[str]) -> Iterator[Trial]:
     """The set with another effect in the place of this one, and with all that pays without it."""
     less = search.without(final, name)
-    yield from (trial for trial in search.in_place_of(final, name) if trial.names[-1] not in barred)
+    yield from (trial for trial in search.in_place_of(final, name) if trial.names[-1] not in gone)
     search.target.settle(less.values)
     most = max(MOST, len(less.names) + MORE)
-    yield search.pruned(search.grown(search.trial(less.names, less.values), [], (*barred, name), most))
+    yield search.pruned(search.grown(search.trial(less.names, less.values), [], (*gone, name), most))
