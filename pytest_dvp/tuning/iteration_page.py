@@ -59,7 +59,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
                 "changes": e["changes"],
                 "suspicions": [s["sentence"] for s in e["suspicions"]],
                 "effects": [
-                    f"{n} " + ", ".join(f"{k} = {v:.4g}" for k, v in p.items()) for n, p in e["effects"].items()
+                    f"{n} " + ", ".join(f"{k} = {_text(v)}" for k, v in p.items()) for n, p in e["effects"].items()
                 ],
             }
             for e in entries
@@ -117,8 +117,13 @@ def _parameters(entries: list[dict[str, Any]], *, own: bool) -> list[dict[str, A
     return rows
 
 
+def _text(value: float | None) -> str:
+    """A value of the ledger; None is infinity there: a limit that there is not, a wind that always comes from ahead."""
+    return "not set" if value is None else f"{value:.4g}"
+
+
 def _cell(values: list[float | None]) -> str:
-    texts = [("∞" if v is None else f"{v:.4g}") for v in values]
+    texts = [_text(v) for v in values]
     return texts[0] if len(set(texts)) == 1 else "; ".join(texts)
 
 

@@ -56,6 +56,17 @@ def test_stages_that_differ_stand_side_by_side() -> None:
     assert row["paper"] == ["20", "30"]  # Arango et al., 1st and 10th iteration
 
 
+def test_what_is_not_set_has_no_number() -> None:
+    """A wind of which no direction is given comes from ahead."""
+    given = document()
+    given["ledger"][1]["effects"]["headwind"] = {"speed": 3.0, "heading": None}
+    page = iterate_page(given)
+    assert page["ledger"][1]["effects"] == ["steer_delay T = 0.18", "headwind speed = 3, heading = not set"]
+    row = next(r for r in page["parameters"] if r["name"] == "headwind heading")
+    assert row["cells"] == ["", "not set"]
+    assert "not set" in render_mcrpg_report(page)
+
+
 def test_an_mncc_never_stands_without_lag_and_gain() -> None:
     row = next(r for r in iterate_page(document())["metrics"] if r["name"] == "MNCC steer to RW")
     assert row["cells"][1] == ["0.99987 (0.02 s, 0.4 %)", "0.99987 (0.02 s, 0.4 %)", ""]
