@@ -160,3 +160,9 @@ def test_near_the_noise_beside_a_known_remainder_and_without_other_data_nothing_
     search = Sets(held, following)
     begin = SearchResult(search.trial([BAND]), {BAND: ()}, ())  # type: ignore[arg-type]
     assert grown_for_held_out(search, begin, parts) is begin  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(1.1 * PRACTICAL, True), (0.9 * PRACTICAL, False)])
+def test_below_the_noise_of_held_out_data_a_gain_counts_against_the_noise(gain: float, taken: bool) -> None:
+    search = Sets({BAND: 0.5, "": 0.5, TRUE: 0.5 - gain}, {"": TRUE})
+    assert after(search, [BAND]).final.names == ((TRUE,) if taken else (BAND,))
