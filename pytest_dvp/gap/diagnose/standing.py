@@ -116,8 +116,10 @@ def _held_out(
 
 def _trace(name: str, gains: Mapping[str, float]) -> list[str]:
     """Whether an effect may be made of another one, whose form in the catalogue is not quite that of the car."""
-    main = max(gains, key=lambda n: gains[n], default=name)
-    if gains.get(name, inf) >= TRACE * gains.get(main, 0.0):
+    others = {other: gain for other, gain in gains.items() if other != name}
+    main = max(others, key=lambda n: others[n], default=name)
+    most = others.get(main, 0.0)
+    if most <= 0.0 or gains.get(name, inf) >= TRACE * most:
         return []
     return [f"beside {main}, which explains more than {1.0 / TRACE:.0f} times as much, it may be a trace of that"]
 

@@ -244,6 +244,30 @@ def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, f
     assert is_beyond_remainder(search, ALONE, "drive_gain", telling) is True  # both data show it
 
 
+@pytest.mark.parametrize(("there", "told"), [(0.924, True), (0.926, False)])
+def test_data_held_out_must_ask_for_three_quarters_of_the_size(there: float, told: bool) -> None:
+    """Of 0.1 that is found, 0.075 there takes away half of what 0.1 changes: 2 x 0.075 x 0.1 - 0.1^2 of 0.1^2."""
+    world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
+    search = a_search(world, "drive_gain")
+    town = (Fold(None, World({DRIVE: 1000.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
+    assert is_evident_apart(search, ALONE, "drive_gain", town) is told
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": 0.0046}})
+    assert is_far_beyond(search, ALONE, "drive_gain")
+    assert is_beyond_remainder(search, ALONE, "drive_gain", town) is told
+    parts = (Fold(world, town[0].judge),)  # a part of the drive is no other drive
+    assert is_beyond_remainder(search, ALONE, "drive_gain", parts) is True
+
+
+@pytest.mark.parametrize(("deviations", "told"), [(9.9, True), (10.1, False)])
+def test_only_data_that_would_show_an_effect_contradict_it(deviations: float, told: bool) -> None:
+    world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": 0.0046}})
+    search = a_search(world, "drive_gain")
+    none_there = World({DRIVE: 10.0 * deviations * direction(0)}, {DRIVE: 1.0})
+    judges = (Fold(None, none_there),)  # type: ignore[arg-type]
+    assert is_beyond_remainder(search, ALONE, "drive_gain", judges) is told
+
+
 @pytest.mark.parametrize(("found", "evident"), [(7.6, True), (7.4, False), (None, True)])
 def test_a_limit_is_beyond_the_remainder_if_it_is_lower_by_half(found: float | None, evident: bool) -> None:
     """On the drives that the twin was learnt from a fit found a limit of 7.5 m/s^2, say: 5 m/s^2 times 1.5."""
@@ -324,6 +348,9 @@ def test_what_gains_less_than_a_tenth_of_another_one_may_be_its_trace(gain: floa
     assert _trace("steer_rate_limit", gains) == (says if doubted else [])
     assert _trace("steer_ratio", gains) == []
     assert _trace("not_shown", gains) == []  # by held-out data, which say nothing of it
+    assert _trace("steer_ratio", {"steer_ratio": -0.1}) == []  # nothing is a trace of itself
+    assert _trace("steer_ratio", {"steer_ratio": -0.1, "mass": 0.0}) == []  # nor of what explains nothing itself
+    assert _trace("steer_ratio", {"steer_ratio": -0.1, "mass": 0.01}) != []
 
 
 def test_limits_that_the_remainder_looks_like_are_the_lowest_of_those_that_are_evident() -> None:
