@@ -1,9 +1,10 @@
 """Measures the figures of docs/campaigns.md: cost of a drive, searchers against chance, coverage of the intervals.
 
     python -m scripts.campaign_figures cost | coverage [REPEATS] [FIRST_SEED] | chance [DRIVES] | search NAME [SEEDS]
-        | driven [REPEATS] [FIRST_SEED]
+        | driven [REPEATS] [FIRST_SEED] | workers [REPEATS] [DRIVES]
 
-`make campaigns` runs all but the last. `chance` drives evenly drawn variants of the planted fault; `search` says after
+`make campaigns` runs all but the last two. `workers` runs the same campaign with one and with two processes, on a
+machine that does nothing else. `chance` drives evenly drawn variants of the planted fault; `search` says after
 how many drives a searcher finds it, beside the median of chance, ln 2 / p; `driven` counts a failure of about 1 % in
 20,000 even drives, and says how often the interval of `rare` with 1,000 drives holds that count.
 """
@@ -11,6 +12,8 @@ how many drives a searcher finds it, beside the median of chance, ln 2 / p; `dri
 from __future__ import annotations
 
 import math
+import resource
+import subprocess
 import sys
 import tempfile
 import time
@@ -65,6 +68,32 @@ def cost() -> None:
             before = time.process_time()
             one.rows(points[2:], "sample")
             print(f"{seconds:g} s: {60.0 * 60 / (time.process_time() - before):.0f} drives a CPU minute", flush=True)
+
+
+def workers(repeats: int = 5, drives: int = 500) -> None:
+    """How many times faster two processes are than one, and what they cost more, start and end included."""
+    words = ["campaign", str(shipped("follow.xosc")), "--method", "random", "--runs", str(drives), "--seed", "7"]
+    words += ["--ads", f"{STACKS}:TenLines", "--duration", "40", "--keep-logs", "none", "--stack-process", "off"]
+    rows = []
+    for _ in range(repeats):
+        taken = []
+        for jobs in (1, 2):
+            with tempfile.TemporaryDirectory() as folder:
+                before, began = _cpu_of_children(), time.monotonic()
+                subprocess.run(
+                    [str(Path(sys.executable).with_name("dvp")), *words, "--jobs", str(jobs), "--out", f"{folder}/out"],
+                    cwd=ROOT, capture_output=True, check=False,  # the exit code tells of failures found
+                )  # fmt: skip
+                taken.append((time.monotonic() - began, _cpu_of_children() - before))
+        (one, cpu), (two, more) = taken
+        rows.append((one / two, more / cpu))
+        print(f"{one:.1f} s and {two:.1f} s: {rows[-1][0]:.2f} times; CPU {more / cpu - 1.0:+.1%}", flush=True)
+    print("median: {:.2f} times; CPU {:+.1%}".format(*(np.median(rows, axis=0) - (0.0, 1.0))), flush=True)
+
+
+def _cpu_of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def chance(count: int = 2000) -> None:
@@ -154,7 +183,8 @@ def main() -> None:
     if what == "search":
         searched(rest[0], *(int(word) for word in rest[1:]))
     else:
-        {"cost": cost, "chance": chance, "coverage": coverage, "driven": driven}[what](*(int(word) for word in rest))
+        named = {"cost": cost, "chance": chance, "coverage": coverage, "driven": driven, "workers": workers}
+        named[what](*(int(word) for word in rest))
 
 
 if __name__ == "__main__":
