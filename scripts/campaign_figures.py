@@ -11,6 +11,8 @@ how many drives a searcher finds it, beside the median of chance, ln 2 / p; `dri
 
 from __future__ import annotations
 
+import argparse
+import inspect
 import math
 import resource
 import subprocess
@@ -72,23 +74,31 @@ def cost() -> None:
 
 def workers(repeats: int = 5, drives: int = 500) -> None:
     """How many times faster two processes are than one, and what they cost more, start and end included."""
-    words = ["campaign", str(shipped("follow.xosc")), "--method", "random", "--runs", str(drives), "--seed", "7"]
-    words += ["--ads", f"{STACKS}:TenLines", "--duration", "40", "--keep-logs", "none", "--stack-process", "off"]
     rows = []
     for _ in range(repeats):
-        taken = []
-        for jobs in (1, 2):
-            with tempfile.TemporaryDirectory() as folder:
-                before, began = _cpu_of_children(), time.monotonic()
-                subprocess.run(
-                    [str(Path(sys.executable).with_name("dvp")), *words, "--jobs", str(jobs), "--out", f"{folder}/out"],
-                    cwd=ROOT, capture_output=True, check=False,  # the exit code tells of failures found
-                )  # fmt: skip
-                taken.append((time.monotonic() - began, _cpu_of_children() - before))
-        (one, cpu), (two, more) = taken
+        (one, cpu), (two, more) = (_campaign_with(jobs, drives) for jobs in (1, 2))
         rows.append((one / two, more / cpu))
         print(f"{one:.1f} s and {two:.1f} s: {rows[-1][0]:.2f} times; CPU {more / cpu - 1.0:+.1%}", flush=True)
-    print("median: {:.2f} times; CPU {:+.1%}".format(*(np.median(rows, axis=0) - (0.0, 1.0))), flush=True)
+    faster, dearer = np.median(rows, axis=0)
+    print(f"median: {faster:.2f} times; CPU {dearer - 1.0:+.1%}", flush=True)
+
+
+def _campaign_with(jobs: int, drives: int) -> tuple[float, float]:
+    """Wall time and CPU [s] of a campaign by its command. Raises SystemExit with one line where a drive is missing."""
+    words = ["campaign", str(shipped("follow.xosc")), "--method", "random", "--runs", str(drives), "--seed", "7"]
+    words += ["--ads", f"{STACKS}:TenLines", "--duration", "40", "--keep-logs", "none", "--stack-process", "off"]
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out"
+        words += ["--jobs", str(jobs), "--out", str(out)]
+        before, began = _cpu_of_children(), time.monotonic()
+        # the exit code tells of failures found, so the rows tell whether it ran
+        ran = subprocess.run([str(Path(sys.executable).with_name("dvp")), *words], cwd=ROOT, capture_output=True)
+        taken = time.monotonic() - began, _cpu_of_children() - before
+        with Store(out) as store:
+            count = len(store.rows())
+    if count != drives:
+        raise SystemExit(f"{jobs} processes drove {count} of {drives}: {ran.stderr.decode().strip()[-300:]}")
+    return taken
 
 
 def _cpu_of_children() -> float:
@@ -179,12 +189,22 @@ def coverage(repeats: int = 200, first_seed: int = 0) -> None:
 
 def main() -> None:
     """Run what the first word names."""
-    what, *rest = sys.argv[1:]
-    if what == "search":
-        searched(rest[0], *(int(word) for word in rest[1:]))
-    else:
-        named = {"cost": cost, "chance": chance, "coverage": coverage, "driven": driven, "workers": workers}
-        named[what](*(int(word) for word in rest))
+    parts: dict[str, Callable[..., None]] = {
+        "cost": cost, "coverage": coverage, "chance": chance, "search": searched, "driven": driven, "workers": workers,
+    }  # fmt: skip
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("part", choices=parts)
+    parser.add_argument("words", nargs="*", metavar="WORD", help="of search: the name; then numbers, as listed above")
+    asked = parser.parse_args()
+    part = parts[asked.part]
+    least, most = (1 if part is searched else 0), len(inspect.signature(part).parameters)
+    if not least <= len(asked.words) <= most:
+        parser.error(f"{asked.part}: found {len(asked.words)} words after it, allowed: {least} to {most}")
+    try:
+        numbers = [int(word) for word in asked.words[least:]]
+    except ValueError:
+        parser.error(f"{asked.part}: found {' '.join(asked.words[least:])}, allowed: whole numbers")
+    part(*asked.words[:least], *numbers)
 
 
 if __name__ == "__main__":

@@ -89,8 +89,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(text, end="")
     else:
         _say_next(arguments, told, remarks, out)
-        if model is not None and (drive := measured_drive(sure)):
-            print(f"  {model} takes the speed from the log: to judge the drive too, see longitudinal in it ({drive})")
+        if model is not None and measured_drive(sure):
+            print(f"  {model} takes the speed from the log; its line `longitudinal` says how to judge the drive, too")
     return 0
 
 

@@ -21,9 +21,12 @@ MORE = 3  # effects in the place of one, however many there are: held-out data j
 
 
 def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fold]) -> SearchResult:
-    """The result with sets without effects of no use on held-out data, as long as these gain by it what is worth an
-    effect: where a model without known remainder leaves FAR, and drives of their own are held out. Parts of the drives
-    that are fitted on would need each set fitted to the others, which takes minutes."""
+    """The result with other effects in the place of those that held-out data hardly need, where these data gain what is
+    worth an effect.
+
+    Only where a model without known remainder leaves FAR, and drives of their own are held out: with parts of the
+    fitted drives, each set would have to be fitted to the other parts, which takes minutes.
+    """
     if search.target.excused or not judges or found.final.chi2 < FAR * search.count:
         return found
     if any(fold.fitted is not None for fold in judges):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -105,19 +106,25 @@ def is_evident(
     """
     if is_imitated(search, trial, name):
         return False
-    gain, changed = _shown(search, trial, name, data, least)
-    return gain > least**2 and gain >= agrees * changed
+    shown = _shown(search, trial, name, data)
+    return min(shown.alone, shown.gain) > least**2 and shown.gain >= agrees * shown.changed
 
 
-def _shown(search: Search, trial: Trial, name: str, data: ExperimentSet, least: float) -> tuple[float, float]:
-    """chi^2 that an effect takes off data beside the others of its set, and that of all that it changes there; without
-    the others, and so too large, where that is no more than `least` standard deviations already."""
+class _Shown(NamedTuple):
+    """What data show of an effect, in chi^2: what it takes off them while the others of its set stay as they are
+    (alone), and while these make up for it as far as they can (gain); and all that it changes there (changed)."""
+
+    alone: float
+    gain: float
+    changed: float
+
+
+def _shown(search: Search, trial: Trial, name: str, data: ExperimentSet) -> _Shown:
     values = trial.values
     off = {**values, **_without(search, name)}
     lasting = data.lasting()
     without, rest = lasting.whitened(off), lasting.whitened(values)
-    if (gain := square(without) - square(rest)) <= least**2:
-        return gain, square(without - rest)
+    alone = square(without) - square(rest)
     others = [search.known[n] for n in trial.names if n != name and n in search.known]
     moves = []
     for c in (c for other in others for c in other.coordinates):
@@ -128,7 +135,7 @@ def _shown(search: Search, trial: Trial, name: str, data: ExperimentSet, least: 
     if moves:
         basis = orthonormal(np.array(moves))
         without, rest = (r - row_products(basis, r) @ basis for r in (without, rest))
-    return square(without) - square(rest), square(without - rest)
+    return _Shown(alone, square(without) - square(rest), square(without - rest))
 
 
 def is_far_beyond(search: Search, trial: Trial, name: str) -> bool:
@@ -165,7 +172,7 @@ def _without(search: Search, name: str) -> dict[tuple[str, str], float]:
 
 def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
     """True if the data fitted on and all data held out show the effect so; False without such data."""
-    apart = [fold.judge for fold in judges if fold.fitted is None and fold.setup is None]
+    apart = _drives_apart(judges)
     return (
         bool(apart)
         and is_evident(search, trial, name, search.target)
@@ -184,12 +191,13 @@ def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequenc
 
 def _is_contradicted(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
     """True if data held out would show an effect of that size, and do not ask for it."""
-    for fold in judges:
-        if fold.fitted is None and fold.setup is None:
-            gain, changed = _shown(search, trial, name, fold.judge, APART)
-            if changed > APART**2 and gain < AGREES * changed:
-                return True
-    return False
+    every = [_shown(search, trial, name, data) for data in _drives_apart(judges)]
+    return any(shown.changed > APART**2 and shown.gain < AGREES * shown.changed for shown in every)
+
+
+def _drives_apart(judges: Sequence[Fold]) -> list[ExperimentSet]:
+    """The drives held out as a whole: neither parts of the fitted ones, nor with a set-up of their own."""
+    return [fold.judge for fold in judges if fold.fitted is None and fold.setup is None]
 
 
 def changing_instead(search: Search, final: Trial) -> dict[str, tuple[str, ...]]:

@@ -255,7 +255,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
         signals = list(dict.fromkeys(word for e in alike for word in _left_in(e)))
         reason = f"{MUCH_LEFT} {', '.join(signals)}, on which they act"
         lines += _wrapped(
-            "provisional, for one reason: ", [*(e.name for e in alike[:-1]), f"{alike[-1].name}: {reason}"]
+            "provisional, for the same reason: ", [*(e.name for e in alike[:-1]), f"{alike[-1].name}: {reason}"]
         )
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:

@@ -5,31 +5,22 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import held_out_choice
-from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, SearchResult
 from pytest_dvp.gap.diagnose.search import RIVAL as RIVAL_GAP
+from tests.unit.gap.held_out_sets import COUNT, HeldOutSets, judge
 
-COUNT = 1000
 LATE, RIVAL = "yaw_rate_latency", "steer_delay"
 
 
-class Found:
-    """A search whose sets leave what `held` tells of held-out data, by names; `level` of the data fitted on."""
+class Found(HeldOutSets):
+    """With one rival, and another effect that is none."""
 
-    def __init__(self, held: dict[str, float], *, level: float = 4.0, excused: bool = False) -> None:
-        self.held, self.level, self.count, self.said = held, level, COUNT, list[str]()
-        self.target = SimpleNamespace(excused=excused, settle=lambda values: None)
-        self.vague: tuple[str, ...] = ()
-        self.more: tuple[str, ...] = ()
-
-    def trial(self, names: tuple[str, ...], values: Any = None, zoom: bool = False) -> SimpleNamespace:
-        left = self.held.get(" ".join(sorted(names)), 10.0)
-        return SimpleNamespace(names=tuple(names), values={"held": left * COUNT}, chi2=self.level * COUNT)
+    vague: tuple[str, ...] = ()
+    more: tuple[str, ...] = ()
 
     def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
         rest = tuple(n for n in best.names if n != name)
@@ -41,22 +32,11 @@ class Found:
     def grown(self, trial: SimpleNamespace, turns: list[Any]) -> SimpleNamespace:
         return self.trial((*trial.names, *self.more))
 
-    def pruned(self, trial: SimpleNamespace) -> SimpleNamespace:
-        return trial
-
-    def tick(self, text: str) -> None:
-        self.said.append(text)
-
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(held_out_choice, "refit_on_fold", lambda search, fold, trial: trial)
     monkeypatch.setattr(held_out_choice, "whole_actuators", lambda search, final: iter(()))
-
-
-def judge() -> Fold:
-    of = SimpleNamespace(count=COUNT, whitened=lambda values: np.array([np.sqrt(values["held"])]))
-    return Fold(None, of)  # type: ignore[arg-type]
 
 
 def after(search: Found, rivals: tuple[str, ...] = (RIVAL,)) -> SearchResult:

@@ -7,35 +7,24 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import held_out_choice
-from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.held_out_growth import MORE, SUSPECTS, TURNS, grown_for_held_out
 from pytest_dvp.gap.diagnose.search import FAR, MOST, PRACTICAL, SearchResult
+from tests.unit.gap.held_out_sets import COUNT, HeldOutSets, judge
 
-COUNT = 1000
 BAND, HILL, TRUE = "pedal_deadband", "road_profile", "rolling_resistance"
 
 
-class Sets:
-    """A search whose sets leave what `held` tells of held-out data, by names, 10 where it tells nothing, and `level` of
-    the data fitted on. Without an effect, what `next_to` tells of the rest pays, unless it is barred."""
+class Sets(HeldOutSets):
+    """Without an effect, what `next_to` tells of the rest pays, unless it is barred."""
 
-    def __init__(
-        self, held: dict[str, float], next_to: dict[str, str], *, level: float = 4.0, excused: bool = False
-    ) -> None:
-        self.held, self.next_to, self.level, self.count = held, next_to, level, COUNT
-        self.said: list[str] = []
+    def __init__(self, held: dict[str, float], next_to: dict[str, str], **more: Any) -> None:
+        super().__init__(held, **more)
+        self.next_to = next_to
         self.instead: tuple[str, ...] = ()
         self.room: list[int] = []
-        self.settled: list[Any] = []
-        self.target = SimpleNamespace(excused=excused, settle=self.settled.append)
-
-    def trial(self, names: Sequence[str], values: Any = None, zoom: bool = False, like: Any = None) -> SimpleNamespace:
-        left = self.held.get(" ".join(sorted(names)), 10.0)
-        return SimpleNamespace(names=tuple(names), values={"held": left * COUNT}, chi2=self.level * COUNT)
 
     def without(self, final: SimpleNamespace, name: str) -> SimpleNamespace:
         return self.trial([n for n in final.names if n != name])
@@ -49,21 +38,10 @@ class Sets:
         more = self.next_to.get(" ".join(sorted(now.names)), "")
         return self.trial((*now.names, more)) if more and more not in barred else now
 
-    def pruned(self, trial: SimpleNamespace) -> SimpleNamespace:
-        return trial
-
-    def tick(self, text: str) -> None:
-        self.said.append(text)
-
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(held_out_choice, "refit_on_fold", lambda search, fold, trial: trial)
-
-
-def judge() -> Fold:
-    of = SimpleNamespace(count=COUNT, whitened=lambda values: np.array([np.sqrt(values["held"])]))
-    return Fold(None, of)  # type: ignore[arg-type]
 
 
 def after(search: Sets, names: Sequence[str], judges: int = 1) -> SearchResult:

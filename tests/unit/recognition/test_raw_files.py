@@ -108,7 +108,7 @@ def test_what_an_engineer_must_confirm_is_said_in_the_terminal(
     assert f"next: dvp doctor {log} --map {tmp_path / 'map.toml'} --model {model}\n" in said.err
     mapping = (tmp_path / "map.toml").read_text()
     assert "although its name says ax" in " ".join(mapping.replace("#", "").split())
-    told = f"{model} takes the speed from the log: to judge the drive too, see longitudinal in it"
+    told = f"{model} takes the speed from the log; its line `longitudinal` says how to judge the drive, too"
     assert (told in said.out) == ('"speed_cmd"' in model.read_text())
 
 
