@@ -113,7 +113,7 @@ class Diagnosis:
     name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
     effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file
     says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
-    chosen_by_held_out: the data held out took part in choosing the effects, so their figures are a little too good.
+    chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good.
     """
 
     verdict: Verdict

@@ -35,13 +35,13 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
     gone: list[str] = []
     left = left_held_out(search, final, judges)
     for _ in range(TURNS):
-        better = _better(search, final, judges, left, gone)
-        if better is None:
+        name, other = _better(search, final, judges, left, gone)
+        if not name:
             break
-        gone.append(better[0])
-        rivals |= {new: (gone[-1],) for new in better[1].names if new not in final.names}
-        search.target.settle(better[1].values)
-        final = search.trial(better[1].names, better[1].values, zoom=True, like=better[1])
+        gone.append(name)
+        rivals |= {new: (name,) for new in other.names if new not in final.names}
+        search.target.settle(other.values)
+        final = search.trial(other.names, other.values, zoom=True, like=other)
         left = left_held_out(search, final, judges)
     if final is found.final:
         return found
@@ -50,21 +50,21 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
 
 def _better(
     search: Search, final: Trial, judges: Sequence[Fold], left: float, gone: Sequence[str]
-) -> tuple[str, Trial] | None:
-    """The best of the sets with others in the place of an effect, and that effect, if it leaves held-out data less than
-    `left` (chi^2/N) by what is worth an effect. gone: effects that do not come back."""
+) -> tuple[str, Trial]:
+    """The effect that goes, and the best set with others in its place; "" and the set as it is, if none leaves held-out
+    data less than `left` (chi^2/N) by what is worth an effect. gone: effects that do not come back."""
     worth = PRACTICAL * max(left, 1.0)
     without = sorted((left_held_out(search, search.without(final, name), judges), name) for name in final.names)
-    best: tuple[float, str, Trial] | None = None
+    best = left, "", final
     for less, name in [pair for pair in without if pair[0] < left + worth][:SUSPECTS]:
         search.tick(f"held-out data need no {name}: chi²/N {left:.3g}")
         for other in _others(search, final, name, gone):
             held = left_held_out(search, other, judges)
             pays = held < min(left, less) - worth  # what comes must pay there: a veto takes out what only goes
-            if pays and (best is None or held < best[0]):
+            if pays and held < best[0]:
                 best = held, name, other
         search.target.settle(final.values)
-    return best and best[1:]
+    return best[1:]
 
 
 def _others(search: Search, final: Trial, name: str, gone: Sequence[str]) -> Iterator[Trial]:

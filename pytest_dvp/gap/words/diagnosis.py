@@ -252,11 +252,8 @@ def standing_lines(found: Diagnosis) -> list[str]:
         if e not in alike:
             lines += _wrapped(f"provisional, {e.name}: ", e.doubts, "; ")
     if alike:
-        signals = list(dict.fromkeys(word for e in alike for word in _left_in(e)))
-        reason = f"{MUCH_LEFT} {', '.join(signals)}, on which they act"
-        lines += _wrapped(
-            "provisional, for the same reason: ", [*(e.name for e in alike[:-1]), f"{alike[-1].name}: {reason}"]
-        )
+        names = [*(e.name for e in alike[:-1]), f"{alike[-1].name}: {MUCH_LEFT} signals on which they act"]
+        lines += _wrapped("provisional, for the same reason: ", names)
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
         lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
@@ -286,17 +283,12 @@ def standing_lines(found: Diagnosis) -> list[str]:
         )
     if found.chosen_by_held_out:
         lines.append(
-            "the data held out took part in choosing the effects, so their figures are a little too good: a third "
-            "drive tells the true ones (dvp compare)"
+            "the data held out took part in choosing the effects, so their figures are too good: a third drive tells "
+            "the true ones (dvp compare)"
         )
     if by_name := _provisional(found):
         lines.append(f"provisional, and so added by name only: {', '.join(by_name)}")
     return lines
-
-
-def _left_in(effect: NamedEffect) -> list[str]:
-    """Signals of its doubt `MUCH_LEFT`."""
-    return effect.doubts[0].removeprefix(MUCH_LEFT).rpartition(", on which")[0].strip().split(", ")
 
 
 def _rate(share: float) -> str:

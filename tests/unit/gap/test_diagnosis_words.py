@@ -252,7 +252,7 @@ def test_one_reason_for_many_effects_is_told_once() -> None:
     effects = tuple(NamedEffect(name, {}, gain=1.0, doubts=each) for name, each in doubts.items())
     assert standing_lines(dataclasses.replace(NAMED, effects=effects))[:2] == [
         "provisional, mass: a rival votes; much is left over in yaw, on which it acts",
-        "provisional, for the same reason: roll, headwind: much is left over in ay, v, on which they act",
+        "provisional, for the same reason: roll, headwind: much is left over in signals on which they act",
     ]
     alone = standing_lines(dataclasses.replace(NAMED, effects=effects[:1]))
     assert alone[0] == "provisional, roll: much is left over in ay, on which it acts"
