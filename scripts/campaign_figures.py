@@ -73,7 +73,8 @@ def cost() -> None:
 
 
 def workers(repeats: int = 5, drives: int = 500) -> None:
-    """How many times faster two processes are than one, and what they cost more, start and end included."""
+    """How many times faster two processes are than one, and what they cost more: a whole command, with the drives that
+    shrink failures, and the map."""
     rows = []
     for _ in range(repeats):
         (one, cpu), (two, more) = (_campaign_with(jobs, drives) for jobs in (1, 2))
@@ -96,7 +97,7 @@ def _campaign_with(jobs: int, drives: int) -> tuple[float, float]:
         taken = time.monotonic() - began, _cpu_of_children() - before
         with Store(out) as store:
             count = len(store.rows())
-    if count != drives:
+    if count < drives:
         raise SystemExit(f"{jobs} processes drove {count} of {drives}: {ran.stderr.decode().strip()[-300:]}")
     return taken
 
