@@ -85,8 +85,10 @@ class Coordinate:
         return low, high
 
     def within(self, u: float) -> float:
-        """u kept where a search may go, but never past doing nothing."""
+        """u kept where a search may go, but never past doing nothing, nor past what the equation allows: there nothing
+        moves any more, and a value that came so far would neither return nor have an interval."""
         low, high = self.search_limits
+        low, high = max(low, self.to_unit(self.key.minimum)), min(high, self.to_unit(self.key.maximum))
         if not self.by_ratio and isfinite(self.key.neutral):
             if self.key.neutral <= self.key.low:
                 low = max(low, self.to_unit(self.key.neutral))
@@ -100,8 +102,10 @@ class Coordinate:
         return not low + 1e-3 < self.to_unit(value) < high - 1e-3
 
     def slope(self, u: float) -> float:
-        """d value / d u."""
-        return (self.value(u + 1e-4) - self.value(u - 1e-4)) / 2e-4
+        """d value / d u, at an end of what the equation allows the one from inside."""
+        up, down = self.value(u + 1e-4), self.value(u - 1e-4)
+        there = self.value(u)
+        return (up - down) / (1e-4 * ((up != there) + (down != there) or 1))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -112,6 +112,29 @@ def test_an_interval_ends_where_the_equation_ends() -> None:
     assert intervals(found, line.starts())[never_negative.name][0] == 0.0
 
 
+@pytest.mark.parametrize(("most", "truth"), [(2.0, 2.02), (-2.0, -2.02)])
+def test_a_value_at_the_end_of_what_the_equation_allows_still_has_an_interval(most: float, truth: float) -> None:
+    """The best slope is beyond the end: the fit ends there, as certain to that side as that of any other value."""
+    ends = {"maximum": most} if most > 0.0 else {"minimum": most}
+    bound = Coordinate("line", Key("slope", "-", -2.0, 2.0, neutral=0.0, least=0.1, **ends))
+    line = Line(0.1 * np.random.default_rng(5).normal(size=400), slope=truth)
+    found = fit(cast(ExperimentSet, line), (bound, HEIGHT), {bound.name: 0.0, HEIGHT.name: 0.0})
+    assert found.values[bound.name] == most
+    low, high = intervals(found, line.starts())[bound.name]
+    free = intervals(line.fitted(), line.starts())[SLOPE.name]
+    assert (high if most > 0.0 else low) == most
+    assert high - low == pytest.approx(half(free), rel=0.35)
+
+
+def test_a_value_returns_from_the_end_of_what_the_equation_allows() -> None:
+    """A first step that goes far beyond it does not get lost where nothing moves any more."""
+    bound = Coordinate("line", Key("slope", "-", 0.0, 1.0, neutral=0.0, least=0.1, minimum=0.0, maximum=1.0))
+    line = Line(0.1 * np.random.default_rng(6).normal(size=400), slope=0.8, height=0.0)
+    start = {bound.name: 1.2, HEIGHT.name: -4.0}
+    found = fit(cast(ExperimentSet, line), (bound, HEIGHT), start)
+    assert found.values[bound.name] == pytest.approx(line.fitted().values[SLOPE.name], abs=1e-3)
+
+
 def test_what_is_fixed_stays() -> None:
     line = Line(np.zeros(100))
     found = fit(cast(ExperimentSet, line), (SLOPE,), {SLOPE.name: 0.0}, fixed={HEIGHT.name: 0.0})
