@@ -33,13 +33,15 @@ class FirstOrderGain:
         """chi^2 left at the points (strongest first), and at one more that promises most.
 
         needed: a gain in chi^2; an effect that promises no more than HOPELESS of it, were it as strong as it likes, is
-        looked at in one point only.
+        looked at in its weakest point only, with each place where `ay` may be measured: a wrong one hides it.
         """
         self.strongest = 0.0
-        if needed > 0.0 and len(points) > 1:
-            raw, size, slope = self._step(points[-1])
-            if raw >= self._nothing and size > 0.0 and slope * slope < HOPELESS * needed * size:
-                return [(self._before + 2.0 * slope + size, points[-1])]
+        weak = [p for p in points if all(p[c.name] == points[-1][c.name] for c in candidate.coordinates)]
+        if needed > 0.0 and len(points) > len(weak):
+            looks = [self._step(point) for point in weak]
+            if all(raw >= self._nothing and size > 0.0 and slope**2 < HOPELESS * needed * size
+                   for raw, size, slope in looks):  # fmt: skip
+                return [(self._before + 2.0 * slope + size, p) for (_, size, slope), p in zip(looks, weak, strict=True)]
         options: list[tuple[float, Point]] = []
         hoped: list[tuple[float, Point]] = []
         for point in points:

@@ -285,6 +285,25 @@ def test_an_effect_is_looked_at_once_if_it_promises_less_than_a_tenth_of_what_is
     assert len(gain.remaining_chi2(candidate, points[:1], 10.1)) == 2  # a single point, and what promises most
 
 
+@pytest.mark.parametrize("places", [(0.0, 1.2), (1.2, 0.0)])
+def test_a_wrong_place_of_an_accelerometer_leaves_an_effect_its_hope(places: tuple[float, ...]) -> None:
+    """1.2 m ahead of where it is, it changes the residual by 100; the effect itself would take away 9 of 10."""
+    place = ("parameters", "ay_x")
+    left = np.array([3.0, 1.0])
+
+    def whitened(values: Any) -> Any:
+        return left + np.array([-3.0 * values.get(("e", "k"), 0.0), 100.0 * (values.get(place, 0.0) > 0.0)])
+
+    target: Any = SimpleNamespace(count=10, whitened=whitened)
+    now: Any = SimpleNamespace(values={}, fit=SimpleNamespace(residual=left, jacobian=np.zeros((0, 2))))
+    _, candidate = look((1.0, 3.0), (-2.0, 0.0))
+    points = [{("e", "k"): k, place: at} for k in (1.0, 0.5) for at in places]
+    found = FirstOrderGain(target, now).remaining_chi2(candidate, points, 8.0)
+    assert min(chi2 for chi2, _ in found) == pytest.approx(1.0)
+    nothing = FirstOrderGain(target, now).remaining_chi2(candidate, points, 100.0)
+    assert [point for _, point in nothing] == points[2:]  # the weakest alone, at each place
+
+
 def test_a_change_in_the_wrong_direction_or_too_small_is_not_made_weaker() -> None:
     points: list[dict[tuple[str, str], float]] = [{("e", "k"): 1.0}]
     for rest, row, more in (

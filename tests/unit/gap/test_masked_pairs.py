@@ -61,5 +61,5 @@ def test_an_effect_that_promises_nothing_is_looked_at_once(search: Search) -> No
     every = look.remaining_chi2(candidate, candidate.points)
     assert look.remaining_chi2(candidate, candidate.points, needed=1.0) == every  # any gain will do
     once = look.remaining_chi2(candidate, candidate.points, needed=1e9)
-    assert len(once) == 1 < len(every)
-    assert once[0][1] == candidate.points[-1]
+    assert len(once) == 2 < len(every)  # with the accelerometer at the rear axle and at the centre of gravity
+    assert [point for _, point in once] == list(candidate.points[-2:])
