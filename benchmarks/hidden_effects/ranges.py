@@ -27,6 +27,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "pedal_deadband": {"width": (0.05, 0.5)},
     "gear_inertia": {"share": (0.05, 0.6), "v1": (2.0, 9.0)},
     "lift_off_braking": {"a": (0.2, 1.0)},
+    "creep": {"a": (0.1, 1.0), "v0": (1.0, 6.0)},
     "rolling_resistance": {"c": (0.05, 0.4)},
     "viscous_resistance": {"c": (0.005, 1.0)},
     "aero_drag": {"k": (0.0002, 0.02)},
@@ -75,7 +76,7 @@ PERCEPTION: dict[str, dict[str, tuple[float, float]]] = {
 }
 # those that came after the first record: asked last in each round, and in no pair or triple, so that the questions of
 # that record stay as they were
-LATER = ("drive_torque_limit", "steer_sticking", "lateral_accelerometer_bias", "gear_inertia")
+LATER = ("drive_torque_limit", "steer_sticking", "lateral_accelerometer_bias", "gear_inertia", "creep")
 # how strong an effect of no library is: times its typical size
 OUTSIDE_SCALE = (1.0, 2.0)
 
@@ -91,6 +92,7 @@ FAMILIES: tuple[frozenset[str], ...] = (
             "headwind",
             "road_grade",
             "lift_off_braking",
+            "creep",
             "pedal_deadband",
         }
     ),

@@ -50,6 +50,7 @@ RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
 (LIFT_BRAKES, GEAR, GEAR_V) = (P["lift_off_braking", "braking"], P["gear_inertia", "share"], P["gear_inertia", "v1"])
 (LIFT_RISE, LIFT_FADE, LIFT_LAG, LIFT_DRIVE) = (P["lift_off_braking", key] for key in ("rise", "fade", "lag", "drive"))
+LIFT_BLEND = P["lift_off_braking", "blend"]
 (VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
 (GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
 (BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
@@ -76,7 +77,7 @@ RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (ASSIST, ASSIST_V) = (P["steer_assist", "g"], P["steer_assist", "v0"])
 (HILL, HILL_X) = (P["road_profile", "height"], P["road_profile", "x"])
 (HILL_Y, HILL_L) = (P["road_profile", "y"], P["road_profile", "length"])
-(CREEP, CREEP_V) = (P["creep", "a"], P["creep", "speed"])
+(CREEP, CREEP_V, CREEP_BRAKES) = (P["creep", key] for key in ("a", "v0", "braking"))
 
 
 @compiled
@@ -118,8 +119,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
     wish /= p[M_RATIO]
     lifted = 0.0
-    if wish < IDLE:
+    if wish < IDLE + p[LIFT_BLEND]:
         lifted = max(p[LIFT] + p[LIFT_RISE] * (s[V] - 10.0), 0.0)
+        lifted *= min((IDLE + p[LIFT_BLEND] - wish) / p[LIFT_BLEND], 1.0) if p[LIFT_BLEND] > 0.0 else 1.0
         if s[V] < p[LIFT_FADE]:
             lifted *= s[V] / p[LIFT_FADE]
     old = s[A_LIFT]
@@ -129,6 +131,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     if wish <= -IDLE:  # the brakes do what the motor does not, and the motor takes off what it does too much
         wish += (1.0 - p[LIFT_BRAKES]) * lifted
         wish *= p[LIFT_DRIVE] if wish > 0.0 else 1.0
+    if p[CREEP] > 0.0 and s[V] < p[CREEP_V]:
+        push = p[CREEP] * (1.0 - s[V] / p[CREEP_V])
+        wish = max(wish, push) if wish >= 0.0 else wish + p[CREEP_BRAKES] * push
     old = s[A_LAG]
     at_once = (1.0 - p[LATE_BRAKES]) * min(wish, 0.0)  # a brake that is apart from the motor
     s[A_LAG] = follow(old, wish - at_once, p[DRIVE_TAU])
@@ -156,8 +161,6 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
             elif s[V] > p[GAP_V] and s[GAP] < p[GAP_T]:
                 s[GAP] += H
                 a = 0.0
-    if p[CREEP] > 0.0 and a > -0.3 and s[V] < p[CREEP_V]:
-        a += p[CREEP] * (1.0 - s[V] / p[CREEP_V])
     if p[RIPPLE] > 0.0 and s[V] > 0.0:
         a += p[RIPPLE] * math.sin(2.0 * math.pi * p[PER_METRE] * s[WAY])
     return a, lifted

@@ -40,7 +40,8 @@ class Key:
     `low`..`high` is the range met in practice (where a search looks; a model may hold a value outside);
     `minimum`..`maximum` what the equation allows, outside which a value is refused.
     `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
-    `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without.
+    `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without;
+    `begin`: from there, where nothing moves yet at the neutral value.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Key:
     maximum: float = inf
     meaning: str = ""
     late: bool = False
+    begin: float | None = None
 
     @property
     def allowed(self) -> str:

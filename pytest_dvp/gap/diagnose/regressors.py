@@ -184,6 +184,7 @@ FORMS: tuple[Form, ...] = (
     Form("brake_limit", _A, lambda s, p: _along(s, np.maximum(_accel(s), -p)), _ratio(0.7, 9.0, 9)),
     Form("pedal_deadband", _A, _dead, _ratio(0.05, 0.8)),
     Form("lift_off_braking", _A, lambda s, p: _force(s, -(np.abs(_accel(s)) < _IDLE).astype(np.float64))),
+    Form("creep", _A, lambda s, p: _force(s, np.maximum(1.0 - s.v / p, 0.0) * (_accel(s) < _IDLE)), (1.0, 2.0, 4.0)),
     Form("rolling_resistance", _A, lambda s, p: _force(s, -_one(s))),
     Form("viscous_resistance", _A, lambda s, p: _force(s, -s.v)),
     Form("aero_drag", _A, lambda s, p: _force(s, -s.v * np.abs(s.v))),

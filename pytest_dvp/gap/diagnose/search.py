@@ -143,7 +143,7 @@ class Search:
     def climb(self) -> Iterator[Trial]:
         """The sets of a search's first rise, each with one more effect than the one before: for who may stop early."""
         now = self.trial((), self.start)
-        while paying := self._next(now):
+        while paying := self.paying(now):
             self.target.settle(paying[0].values)
             now = self.trial(paying[0].names, paying[0].values, like=paying[0])
             yield now
@@ -162,7 +162,8 @@ class Search:
         now = self.grown(now, turns)
         self._late = True
         self.target.settle(now.values)
-        now = self.grown(self.trial(now.names, now.values), [])
+        late = {key: u for name, c in self.known.items() if name in now.names for key, u in c.begun.items()}
+        now = self.grown(self.trial(now.names, now.values | late), [])
         whole = self._whole_actuator(now)
         return now if whole is now else self.grown(whole, [])
 
@@ -177,7 +178,7 @@ class Search:
         while True:
             left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
             self.tick(f"{self._way}effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
-            paying = self._next(now, barred, most)
+            paying = self.paying(now, barred, most)
             if not paying:
                 break
             turns += paying[1:2]
@@ -214,8 +215,7 @@ class Search:
         """Share of draws of segments, with replacement, in which `better` has less error than `worse`.
 
         Both (m,) hold chi^2 by segment, in units of the squared noise. A draw also counts in which it is worse by less
-        than `slack` of what it gains in all: draws without the one event in which an effect shows say nothing against
-        it.
+        than `slack` of what it gains in all: draws without the event in which an effect shows say nothing against it.
         """
         rng = np.random.default_rng(_SEED)
         m = len(worse)
@@ -236,14 +236,13 @@ class Search:
         late = {c.name: c.key.neutral for c in every if c.key.late}
         coordinates = [*self.nuisance, *(c for c in every if self._late or c.name not in late)]
         stop = Stop(enough=2e-4 * target.count, above=above)
-        fixed = (
-            self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
-        )
+        car = {name: value for name, value in start.items() if name[0] == "parameters"}
+        fixed = self.fixed | car | dict(kept or {})
         found = fit(target, coordinates, late | dict(start), fixed=fixed, stop=stop, zoom=zoom,
                     known=like.fit if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
-    def _next(self, now: Trial, barred: Collection[str] = (), most: int = MOST) -> list[Trial]:
+    def paying(self, now: Trial, barred: Collection[str] = (), most: int = MOST) -> list[Trial]:
         """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
         sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
         if a finer one does far better than the best of them."""
@@ -299,7 +298,7 @@ class Search:
         def looked_at(name: str) -> tuple[float, list[Ranked]]:
             look, candidate = copy(whole), self.tried[name]
             options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
-            return look.strongest, [(left, name, point) for left, point in options]
+            return look.strongest, [(left, name, point | candidate.begun) for left, point in options]
 
         few = [name for name in names if name not in now.names]
         found = mapped(looked_at, few)

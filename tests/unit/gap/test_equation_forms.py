@@ -137,6 +137,15 @@ def test_drag_acts_against_the_motion_and_idle_is_a_small_command() -> None:
     assert (shown[S.rows > 210] == 0.0).all()
 
 
+def test_an_idling_gearbox_pushes_a_slow_car_with_both_pedals_released() -> None:
+    slow = a_signal(v=np.full(N, 1.0), accel=np.where(np.arange(N) < 200, 0.04, 0.06))
+    for ends, push in ((1.0, 0.0), (2.0, 0.5), (4.0, 0.75)):
+        shown = FORM["creep"].of(slow, ends)["ax"][:, 0]
+        assert shown[slow.rows < 190] == pytest.approx(push)
+        assert (shown[slow.rows > 210] == 0.0).all()
+    assert (FORM["creep"].needs, FORM["creep"].grid) == (("accel",), (1.0, 2.0, 4.0))
+
+
 def test_what_comes_late_is_an_older_mean() -> None:
     same(added("drive_delay", 0.13), along(late(A, 0.13) - mean(A)))
     same(added("gnss_latency", 0.13), {"dyaw": late(TURN, 0.13) - mean(TURN), "forward": late(S.v, 0.13) - mean(S.v)})
@@ -183,7 +192,7 @@ GRIDS = {
     "force_rise": (0.01, 0.04, 3),
     "drive_delay": (0.04, 0.6, 7), "drive_lag": (0.05, 1.0, 7), "brake_lag": (0.05, 1.0, 7),
     "jerk_limit": (0.7, 20.0, 9), "power_limit": (1.0, 40.0, 9), "brake_limit": (0.7, 9.0, 9),
-    "pedal_deadband": (0.05, 0.8, 7),
+    "pedal_deadband": (0.05, 0.8, 7), "creep": (1.0, 4.0, 3),
     "steer_delay": (0.03, 0.6, 7), "steer_lag": (0.03, 0.8, 7), "steer_rate_limit": (0.04, 1.0, 9),
     "steer_angle_limit": (0.05, 0.6, 9), "steer_stiction": (0.002, 0.05, 7), "steer_backlash": (0.002, 0.05, 7),
     "cornering_compliance": (0.002, 0.03, 7), "tyre_saturation": (1.5, 12.0, 9), "tyre_relaxation": (0.1, 4.0, 7),

@@ -134,7 +134,7 @@ def test_a_finer_effect_that_leaves_four_fifths_comes_after_the_plain_one(
     monkeypatch.setattr(search, "_additions", lambda now, ranking: [a_trial(c, n) for c, n, _ in ranking])
     monkeypatch.setattr(search, "_trifle", lambda trial: False)
     monkeypatch.setattr(search, "is_credible", lambda trial, name, certain: True)
-    assert search._next(a_trial(4000.0))[0].names == (first,)
+    assert search.paying(a_trial(4000.0))[0].names == (first,)
 
 
 @pytest.mark.parametrize(("chi2", "certain"), [(20_000.0, True), (20_000.5, False)])
@@ -147,7 +147,7 @@ def test_an_interval_counts_up_to_twenty_times_the_noise(
     monkeypatch.setattr(search, "_additions", lambda now, ranking: [a_trial(c, n) for c, n, _ in ranking])
     monkeypatch.setattr(search, "_trifle", lambda trial: False)
     monkeypatch.setattr(search, "is_credible", lambda trial, name, certain: asked.append(certain) or True)
-    assert search._next(a_trial(chi2))
+    assert search.paying(a_trial(chi2))
     assert asked == [certain]
 
 
@@ -160,7 +160,7 @@ def test_from_twenty_times_the_noise_on_eight_effects_are_a_full_set(
     search = a_plain_search(*eight, "rolling_resistance", v=9.0)
     asked: list[list[str]] = []
     monkeypatch.setattr(search, "_scan", lambda now, few, needed=0.0: asked.append(list(few)) or [])
-    search._next(a_trial(chi2, *eight), barred=eight)
+    search.paying(a_trial(chi2, *eight), barred=eight)
     assert asked[0] == (["rolling_resistance"] if plain else [])
 
 

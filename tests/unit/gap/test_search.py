@@ -171,6 +171,18 @@ def test_a_finer_form_that_does_worse_in_nearly_all_draws_is_no_rival() -> None:
     assert (found.final.names, found.rivals) == (("steer_delay",), {"steer_delay": ()})
 
 
+@pytest.mark.parametrize("blend", [0.0, 0.3])
+def test_over_how_much_of_the_pedal_a_drag_comes_is_found_though_nothing_moves_at_first(blend: float) -> None:
+    """With the last bit of the pedal or from 0.35 m/s^2 on: no other resistance stands for it."""
+    truth = {"lift_off_braking": {"a": 0.5, "blend": blend}}
+    s = on_truth(truth, "rich", "lift_off_braking", "rolling_resistance", "drive_gain", "pedal_deadband")
+    assert s.known["lift_off_braking"].begun == {("lift_off_braking", "blend"): 0.2}
+    found = s.run().final
+    assert found.names == ("lift_off_braking",)
+    assert found.values["lift_off_braking", "blend"] == pytest.approx(blend, abs=0.01)
+    assert found.values["lift_off_braking", "a"] == pytest.approx(0.5, rel=0.02)
+
+
 def test_only_positive_commands_leave_the_mass_and_the_gain_of_the_drive_equal() -> None:
     log = drive(seed=7, drive_gain=0.8)
     launch = Log({name: values[: 11 * 50] for name, values in log.columns.items()})

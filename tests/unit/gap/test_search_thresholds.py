@@ -198,7 +198,7 @@ def test_a_finer_effect_comes_first_only_if_it_leaves_less_than_four_fifths(fine
     tried = candidates(MODEL, [find_effect(name) for name in ("understeer", "cornering_compliance")])
     s = Ordered(Samples(yaw=3.0), tried)  # type: ignore[arg-type]
     s.leaves = {"understeer": 2000.0, "cornering_compliance": 2000.0 * finer}
-    assert s._next(left(4000.0))[0].names == (first,)
+    assert s.paying(left(4000.0))[0].names == (first,)
 
 
 def test_twelve_effects_are_added_and_after_them_only_finer_ones() -> None:
@@ -208,8 +208,8 @@ def test_twelve_effects_are_added_and_after_them_only_finer_ones() -> None:
     s = Ordered(Samples(yaw=3.0), tried)  # type: ignore[arg-type]
     s.leaves = dict.fromkeys((*plain, "body_roll"), 2000.0)
     eleven, twelve = left(4000.0, *plain[:11]), left(4000.0, *plain[:12])
-    assert {t.names[-1] for t in s._next(eleven)} == {"aero_drag", "rolling_resistance"}
-    assert {t.names[-1] for t in s._next(twelve)} == {"body_roll"}
+    assert {t.names[-1] for t in s.paying(eleven)} == {"aero_drag", "rolling_resistance"}
+    assert {t.names[-1] for t in s.paying(twelve)} == {"body_roll"}
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_far_from_the_car_eight_effects_are_added(chi2: float, names: set[str]) 
              "aero_drag", "rolling_resistance")  # fmt: skip
     s = Ordered(Samples(yaw=3.0), candidates(MODEL, [find_effect(name) for name in (*plain, "body_roll")]))  # type: ignore[arg-type]
     s.leaves = dict.fromkeys((*plain, "body_roll"), 2000.0)
-    assert {t.names[-1] for t in s._next(left(chi2, *plain[:8]))} == names
+    assert {t.names[-1] for t in s.paying(left(chi2, *plain[:8]))} == names
 
 
 class Replaced(Search):
@@ -278,5 +278,5 @@ def test_the_twelve_that_came_nearest_may_take_the_place_of_an_effect() -> None:
              "understeer")  # fmt: skip
     s = Ordered(Samples(yaw=3.0), candidates(MODEL, [find_effect(name) for name in plain]))  # type: ignore[arg-type]
     s.leaves = {name: 2000.0 + k for k, name in enumerate(plain)}
-    s._next(left(4000.0))
+    s.paying(left(4000.0))
     assert s._near["drive_gain"] == plain[:12]

@@ -52,7 +52,6 @@ def told(model: VehicleModel, effects: Effects, values: Values | None = None) ->
         ("steer_resonance", "lateral", "steer_rings", 1.0),  # all of the command passes the resonance
         ("battery_sag", "longitudinal", "drive_energy", -0.4),  # drops by 40 %
         ("gear_gap", "longitudinal", "speed_passed", None),
-        ("creep", "longitudinal", "creeping", 0.6),  # m/s^2 at standstill
     ],
 )
 @pytest.mark.nightly(by_day=2)

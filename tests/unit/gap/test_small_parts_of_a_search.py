@@ -37,7 +37,7 @@ def test_a_masked_pair_is_looked_for_where_something_is_left_and_nothing_is_barr
     both = a_trial(900.0, "mass", "drive_gain")
     monkeypatch.setattr(module, "masked_pair", lambda search, now: [both])
     search = a_search(World({}, channels={"v": 1.4}))
-    assert search._next(a_trial(left), barred) == ([both] if pair else [])
+    assert search.paying(a_trial(left), barred) == ([both] if pair else [])
 
 
 def test_each_set_of_a_climb_begins_where_the_one_before_ended(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,13 +52,13 @@ def test_each_set_of_a_climb_begins_where_the_one_before_ended(monkeypatch: pyte
         asked.append((names, like))
         return first if like is first else second if like is second else start
 
-    monkeypatch.setattr(search, "_next", lambda now: next(rounds))
+    monkeypatch.setattr(search, "paying", lambda now: next(rounds))
     monkeypatch.setattr(search, "trial", trial)
     assert list(search.climb()) == [first, second]
     assert asked == [((), None), (("mass",), first), (("mass",), second)]
     asked.clear()
     rounds = iter([[first, other], [second], []])
-    monkeypatch.setattr(search, "_next", lambda now, barred, most: next(rounds))
+    monkeypatch.setattr(search, "paying", lambda now, barred, most: next(rounds))
     turns: list[Any] = []
     assert search.grown(start, turns) is second
     assert turns == [other]  # the second best of each round, where there is one

@@ -171,8 +171,9 @@ def test_a_step_without_memory(name: str, p: dict[str, Any], bus: dict[str, Any]
 
 BRAKED = {"accel": -4.0, "accel_lead": 0.4, "settle": 0.0, "vx": -3.0, "dt": 1.0}
 LOOP = {"kp_drive": 0.5, "ki_drive": 0.1, "kp_brake": 0.2, "ki_brake": 0.3}
-RELEASE = {"a": 0.5, "rise": 0.02, "fade": 5.0, "lag": 0.0, "braking": 0.25, "drive": 0.0}
+RELEASE = {"a": 0.5, "rise": 0.02, "fade": 5.0, "lag": 0.0, "braking": 0.25, "drive": 0.0, "blend": 0.0}
 ROLLS = {"accel": 0.0, "accel_lead": 0.0, "vx": 20.0, "resistance": 1.0, "mass_ref": 1000.0, "dt": 0.1}
+IDLES = {"a": 0.6, "v0": 3.0, "braking": 0.5}
 STICKS = {"vx": 0.0, "settle": 0.0, "steer_glides": 0.0, "steer_lead": 0.0}
 HELD = {"stood": 1.0, "stuck": 1.0, "d": 0.0}
 
@@ -251,6 +252,16 @@ LASTING: tuple[Remembered, ...] = (
     ("lift_off_braking", {**RELEASE, "lag": 0.1}, {**ROLLS, "accel": -1.0}, {"a": 0.0},
      {"resistance": 1.0 + 700.0 * LEFT, "accel": -1.0 + 0.525 * LEFT, "accel_lead": -0.525 * LEFT},
      {"a": 0.7 * (1.0 - LEFT)}),
+    ("lift_off_braking", {**RELEASE, "blend": 0.4}, {**ROLLS, "accel": 0.15}, {"a": 0.0},
+     {"resistance": 526.0, "accel": 0.15}, {"a": 0.525}),  # a quarter of the way to the pedal's 0.45 m/s^2
+    ("lift_off_braking", {**RELEASE, "blend": 0.4}, {**ROLLS, "accel": 0.45}, {"a": 0.0}, {"resistance": 1.0}, {}),
+    ("lift_off_braking", {**RELEASE, "blend": 0.4}, {**ROLLS, "accel": 0.04}, {"a": 0.0}, {"resistance": 701.0}, {}),
+    # an idling gearbox: 0.6 m/s^2 at standstill, nothing at 3 m/s, so 0.4 at 1 m/s
+    ("creep", IDLES, {"vx": 1.0, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.4, "accel_lead": 0.0}, {}),
+    ("creep", IDLES, {"vx": 1.0, "accel": 0.3, "accel_lead": 0.2}, {}, {"accel": 0.4, "accel_lead": 0.1}, {}),
+    ("creep", IDLES, {"vx": 1.0, "accel": 0.5, "accel_lead": 0.0}, {}, {"accel": 0.5, "accel_lead": 0.0}, {}),
+    ("creep", IDLES, {"vx": 1.0, "accel": -1.0, "accel_lead": -0.5}, {}, {"accel": -0.8, "accel_lead": -0.5}, {}),
+    ("creep", IDLES, {"vx": 3.5, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.0, "accel_lead": 0.0}, {}),
     # steering
     ("steer_lag", {"tau": 0.1}, {"steer": 0.4, "steer_lead": 0.0, "dt": 0.1, "steer_glides": 0.0}, {"d": 0.2},
      {"steer": 0.2 + 0.2 * LEFT, "steer_lead": -0.2 * LEFT, "steer_glides": 1.0}, {"d": 0.4 - 0.2 * LEFT}),

@@ -37,6 +37,8 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
             meaning="time constant with which it comes and goes"),
         Key("drive", "-", 0.0, 1.0, neutral=1.0, least=0.1, minimum=0.0, maximum=1.0, late=True,
             meaning="share that the drive takes off where less is asked for; 0 where the motor brakes all the same"),
+        Key("blend", "m/s^2", 0.0, 0.6, neutral=0.0, least=0.05, minimum=0.0, maximum=2.0, late=True, begin=0.2,
+            meaning="of asked acceleration over which it comes as the pedal is released; 0: with the last bit of it"),
     ),
     memory=(Memory("a"),),
     ties=(
@@ -50,11 +52,13 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
 )  # fmt: skip
 def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
     drag = 0.0
-    if x.accel < RELEASED:
+    if x.accel < RELEASED + p.blend:
         speed = abs(x.vx)
         drag = max(p.a + p.rise * (speed - MIDDLE), 0.0)
         if speed < p.fade:
             drag *= speed / p.fade
+        if x.accel >= RELEASED:
+            drag *= 1.0 - (x.accel - RELEASED) / p.blend
     start, mean = m.a, drag
     if p.lag > 0.0:
         mean, m.a = lag(start, drag, 0.0, p.lag, x.dt)
