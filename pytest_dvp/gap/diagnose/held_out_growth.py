@@ -17,6 +17,8 @@ from pytest_dvp.gap.diagnose.trial import Trial
 
 SUSPECTS = 3  # effects that are tried in a turn, those of least use on held-out data first; chosen: each is a search
 TURNS = 4  # at most; chosen
+LARGEST = 20  # effects of a set while held-out data agree with each; chosen: a motorhome gained up to the twentieth
+LOSES = 0.01  # of what is left of held-out data; chosen: less is how well a fit ends
 MORE = 3  # effects in the place of one, however many there are: held-out data judge them; chosen
 
 
@@ -43,9 +45,28 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
         search.target.settle(other.values)
         final = search.trial(other.names, other.values, zoom=True, like=other)
         left = left_held_out(search, final, judges)
+    final = _larger(search, final, judges, gone)
     if final is found.final:
         return found
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
+
+
+def _larger(search: Search, final: Trial, judges: Sequence[Fold], gone: Sequence[str]) -> Trial:
+    """The set with more effects, one by one, of which the fitted drive asks for each and held-out data lose by none."""
+    barred, left = list(gone), left_held_out(search, final, judges)
+    while len(final.names) < LARGEST and final.chi2 > FAR * search.count:
+        paying = search.paying(final, barred, LARGEST)
+        if not paying:
+            break
+        best = paying[0]
+        search.tick(f"held-out data on {best.names[-1]}, effect {len(best.names)}: chi²/N {left:.3g}")
+        if left_held_out(search, best, judges) > (1.0 + LOSES) * left:
+            barred.append(best.names[-1])
+            continue
+        search.target.settle(best.values)
+        final = search.trial(best.names, best.values, like=best)
+        left = left_held_out(search, final, judges)
+    return final
 
 
 def _better(

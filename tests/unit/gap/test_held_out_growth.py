@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pytest_dvp.gap.diagnose import held_out_choice
-from pytest_dvp.gap.diagnose.held_out_growth import MORE, SUSPECTS, TURNS, grown_for_held_out
+from pytest_dvp.gap.diagnose.held_out_growth import LARGEST, LOSES, MORE, SUSPECTS, TURNS, grown_for_held_out
 from pytest_dvp.gap.diagnose.search import FAR, MOST, PRACTICAL, SearchResult
 from tests.unit.gap.held_out_sets import COUNT, HeldOutSets, judge
 
@@ -25,6 +25,7 @@ class Sets(HeldOutSets):
         self.next_to = next_to
         self.instead: tuple[str, ...] = ()
         self.room: list[int] = []
+        self.offers: tuple[str, ...] = ()
 
     def without(self, final: SimpleNamespace, name: str) -> SimpleNamespace:
         return self.trial([n for n in final.names if n != name])
@@ -32,6 +33,10 @@ class Sets(HeldOutSets):
     def in_place_of(self, final: SimpleNamespace, name: str) -> list[SimpleNamespace]:
         rest = [n for n in final.names if n != name]
         return [self.trial((*rest, other)) for other in self.instead if other not in final.names]
+
+    def paying(self, now: SimpleNamespace, barred: Sequence[str], most: int) -> list[SimpleNamespace]:
+        assert most == LARGEST
+        return [self.trial((*now.names, name)) for name in self.offers if name not in (*now.names, *barred)]
 
     def grown(self, now: SimpleNamespace, turns: list[Any], barred: Sequence[str], most: int) -> SimpleNamespace:
         self.room.append(most - len(now.names))
@@ -144,3 +149,29 @@ def test_near_the_noise_beside_a_known_remainder_and_without_other_data_nothing_
 def test_below_the_noise_of_held_out_data_a_gain_counts_against_the_noise(gain: float, taken: bool) -> None:
     search = Sets({BAND: 0.5, "": 0.5, TRUE: 0.5 - gain}, {"": TRUE})
     assert after(search, [BAND]).final.names == ((TRUE,) if taken else (BAND,))
+
+
+@pytest.mark.parametrize(("loss", "taken"), [(0.9 * LOSES, True), (1.1 * LOSES, False), (-0.2, True)])
+def test_what_the_fitted_drive_asks_for_is_added_unless_held_out_data_lose_by_it(loss: float, taken: bool) -> None:
+    search = Sets({BAND: 10.0, f"{BAND} {TRUE}": 10.0 * (1.0 + loss)}, {})
+    search.offers = (TRUE,)
+    found = after(search, [BAND])
+    assert found.final.names == ((BAND, TRUE) if taken else (BAND,))
+    assert found.rivals == ({BAND: (), TRUE: ()} if taken else {BAND: ()})
+    assert search.said[-1] == f"held-out data on {TRUE}, effect 2: chi²/N 10"
+
+
+def test_what_held_out_data_refuse_leaves_the_place_to_the_next_one() -> None:
+    search = Sets({BAND: 10.0, f"{BAND} {HILL}": 11.0, f"{BAND} {TRUE}": 9.0, f"{BAND} {HILL} {TRUE}": 8.0}, {})
+    search.offers = (HILL, TRUE)
+    assert after(search, [BAND]).final.names == (BAND, TRUE)
+
+
+def test_it_ends_near_the_noise_and_with_as_many_effects_as_one_can_look_at() -> None:
+    names = [f"effect_{k}" for k in range(2 * LARGEST)]
+    search = Sets({}, {})
+    search.offers = tuple(names)
+    assert len(after(search, names[:1]).final.names) == LARGEST
+    near = Sets({}, {}, level=0.99 * FAR)
+    near.offers = tuple(names)
+    assert after(near, names[:1]).final.names == (names[0],)
