@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.diagnose.all_cores import mapped
+from pytest_dvp.gap.diagnose.bootstrap import bootstrap_share
 from pytest_dvp.gap.diagnose.candidates import (
     Candidate,
     Point,
@@ -32,7 +33,6 @@ from pytest_dvp.gap.diagnose.open_values import carries
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
-from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 12  # effects added to one model, beside finer ones,
 FEWER = 8  # and so many while chi^2/N is above
@@ -61,8 +61,6 @@ _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
 _REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
-_DRAWS = 400  # of the bootstrap: MIN_BOOTSTRAP_SHARE is then known to 1 %
-_SEED = 7  # any; fixed, so that the same logs give the same answer
 
 Tick: TypeAlias = Callable[[str], None]
 Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
@@ -81,6 +79,8 @@ class SearchResult:
 class Search:
     """One search. nuisance: coordinates that are fitted along with every set, from `start` on (the model's input map);
     fixed: values of what is not searched; refiners: effects that change while driving, tried at the end only."""
+
+    bootstrap_share = staticmethod(bootstrap_share)
 
     def __init__(self, target: ExperimentSet, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
                  start: Values | None = None, fixed: Values | None = None, refiners: Sequence[Candidate] = (),
@@ -211,18 +211,6 @@ class Search:
             trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.fit.coordinates) + EQUAL * self.count * limits
         )
 
-    def bootstrap_share(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
-        """Share of draws of segments, with replacement, in which `better` has less error than `worse`.
-
-        Both (m,) hold chi^2 by segment, in units of the squared noise. A draw also counts in which it is worse by less
-        than `slack` of what it gains in all: draws without the event in which an effect shows say nothing against it.
-        """
-        rng = np.random.default_rng(_SEED)
-        m = len(worse)
-        draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
-        gain = worse - better
-        return float(np.mean(draws @ gain > -slack * max(float(gain.sum()), 0.0)))
-
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: ExperimentSet | None = None,
               kept: Values | None = None, like: Trial | None = None, above: float = inf) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
@@ -256,11 +244,14 @@ class Search:
                 break
             few = [n for n, c in self.tried.items() if c.detail == detail and n not in barred]
             ranking = self._scan(now, few, PRACTICAL * max(self.count, now.chi2) if now.names else 0.0)
-            paying = [t for t in self._additions(now, ranking) if self.is_worth_adding(now, t)]
-            if paying and not found and self._trifle(paying[0]):
-                return []  # what it is, is too small to be named, and no other effect should stand for it
             far = now.chi2 > NEAR * self.count  # where one wild segment makes every interval wide
-            paying = [t for t in paying if self.is_credible(t, t.names[-1], certain=not far)]
+            left, paying = ranking, list[Trial]()
+            while left and not paying:
+                worth = [t for t in self._additions(now, left) if self.is_worth_adding(now, t)]
+                if worth and not found and self._trifle(worth[0]):
+                    return []  # what it is, is too small to be named, and no other effect should stand for it
+                paying = [t for t in worth if self.is_credible(t, t.names[-1], certain=not far)]
+                left = self._hopeful(now, left)
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying and (not found or self.cost(paying[0]) < FINER_EFFECT_RATIO * self.cost(found[0])):
@@ -279,6 +270,14 @@ class Search:
     def within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
         return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
+
+    def _hopeful(self, now: Trial, ranking: list[Ranked]) -> list[Ranked]:
+        """Those after the ones that are fitted, far from the noise and while the next one promises what is worth it."""
+        left = ranking[_REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE :]
+        if not left or now.chi2 < FAR * self.count or self.target.excused:
+            return []
+        worth = self.least_gain(left[0][0] / self.count, first=False) * self.count
+        return left if now.chi2 - left[0][0] > worth else []
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""

@@ -224,6 +224,42 @@ def test_far_from_the_car_eight_effects_are_added(chi2: float, names: set[str]) 
     assert {t.names[-1] for t in s.paying(left(chi2, *plain[:8]))} == names
 
 
+class Doubtful(Ordered):
+    """Of a ranking the best six are fitted; those of `doubted` say nothing, the others leave what they promise."""
+
+    doubted: tuple[str, ...] = ()
+
+    def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
+        return super()._additions(now, ranking[:6])
+
+    def is_credible(self, trial: Trial, name: str, target: object = None, certain: bool = True) -> bool:
+        return name not in self.doubted
+
+    def misfit(self, now: Trial) -> bool:
+        return False
+
+
+@pytest.mark.parametrize(
+    ("chi2", "excused", "promised", "found"),
+    [
+        (4000.0, False, 3800.0, True),
+        (4000.0, False, 3890.0, False),  # 3 % of what is left would be 117
+        (4000.0, True, 3700.0, False),  # of a known remainder what comes first is asked only
+        (1990.0, False, 1700.0, False),  # near the noise as well
+    ],
+)
+def test_far_from_the_noise_what_promises_less_is_fitted_where_the_first_six_say_nothing(
+    chi2: float, excused: bool, promised: float, found: bool
+) -> None:
+    first = ("drive_gain", "brake_gain", "drive_lag", "brake_lag", "steer_lag", "steer_delay")
+    tried = candidates(MODEL, [find_effect(name) for name in (*first, "mass")])
+    s = Doubtful(Samples(yaw=1.4), tried)  # type: ignore[arg-type]
+    s.target.excused = excused  # type: ignore[misc]
+    s.leaves = dict.fromkeys(first, 1500.0) | {"mass": promised}
+    s.doubted = first
+    assert [t.names[-1] for t in s.paying(left(chi2), barred=("understeer",))] == (["mass"] if found else [])
+
+
 class Replaced(Search):
     """A search that ends with a set whose value means nothing, and knows what is left without it, or with others."""
 
