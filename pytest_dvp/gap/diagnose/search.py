@@ -245,13 +245,14 @@ class Search:
             few = [n for n, c in self.tried.items() if c.detail == detail and n not in barred]
             ranking = self._scan(now, few, PRACTICAL * max(self.count, now.chi2) if now.names else 0.0)
             far = now.chi2 > NEAR * self.count  # where one wild segment makes every interval wide
-            left, paying = ranking, list[Trial]()
-            while left and not paying:
-                worth = [t for t in self._additions(now, left) if self.is_worth_adding(now, t)]
+            paying: list[Trial] = []
+            for batch in self._batches(now, ranking):
+                worth = [t for t in self._additions(now, batch) if self.is_worth_adding(now, t)]
                 if worth and not found and self._trifle(worth[0]):
                     return []  # what it is, is too small to be named, and no other effect should stand for it
                 paying = [t for t in worth if self.is_credible(t, t.names[-1], certain=not far)]
-                left = self._hopeful(now, left)
+                if paying:
+                    break
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying and (not found or self.cost(paying[0]) < FINER_EFFECT_RATIO * self.cost(found[0])):
@@ -271,13 +272,14 @@ class Search:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
         return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
 
-    def _hopeful(self, now: Trial, ranking: list[Ranked]) -> list[Ranked]:
-        """Those after the ones that are fitted, far from the noise and while the next one promises what is worth it."""
+    def _batches(self, now: Trial, ranking: list[Ranked]) -> Iterator[list[Ranked]]:
+        """A ranking from its best on; then, far from the noise, once from the first one on that was not fitted, if that
+        promises what is worth an effect: each time some fits of a large set."""
+        yield ranking
         left = ranking[_REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE :]
-        if not left or now.chi2 < FAR * self.count or self.target.excused:
-            return []
-        worth = self.least_gain(left[0][0] / self.count, first=False) * self.count
-        return left if now.chi2 - left[0][0] > worth else []
+        far = bool(left) and now.chi2 > FAR * self.count and not self.target.excused
+        if far and now.chi2 - left[0][0] > self.least_gain(left[0][0] / self.count, first=False) * self.count:
+            yield left
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
