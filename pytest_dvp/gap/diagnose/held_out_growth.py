@@ -23,8 +23,8 @@ MORE = 3  # effects in the place of one, however many there are: held-out data j
 
 
 def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fold]) -> SearchResult:
-    """The result with other effects in the place of those that held-out data hardly need, where these data gain what is
-    worth an effect.
+    """The result with more effects by which held-out data do not lose, and with others in the place of those that these
+    data hardly need, where they gain what is worth an effect.
 
     Only where a model without known remainder leaves FAR, and drives of their own are held out: with parts of the
     fitted drives, each set would have to be fitted to the other parts, which takes minutes.
@@ -33,8 +33,8 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
         return found
     if any(fold.fitted is not None for fold in judges):
         return found
-    final, rivals = found.final, dict(found.rivals)
-    gone: list[str] = []
+    rivals = dict(found.rivals)
+    final, gone = _larger(search, found.final, judges)
     left = left_held_out(search, final, judges)
     for _ in range(TURNS):
         name, other = _better(search, final, judges, left, gone)
@@ -45,15 +45,16 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
         search.target.settle(other.values)
         final = search.trial(other.names, other.values, zoom=True, like=other)
         left = left_held_out(search, final, judges)
-    final = _larger(search, final, judges, gone)
     if final is found.final:
         return found
     return dataclasses.replace(found, final=final, rivals={name: rivals.get(name, ()) for name in final.names})
 
 
-def _larger(search: Search, final: Trial, judges: Sequence[Fold], gone: Sequence[str]) -> Trial:
-    """The set with more effects, one by one, of which the fitted drive asks for each and held-out data lose by none."""
-    barred, left = list(gone), left_held_out(search, final, judges)
+def _larger(search: Search, final: Trial, judges: Sequence[Fold]) -> tuple[Trial, list[str]]:
+    """The set with more effects, one by one, of which the fitted drive asks for each and held-out data lose by none;
+    and those by which they do lose."""
+    barred: list[str] = []
+    left = left_held_out(search, final, judges)
     while len(final.names) < LARGEST and final.chi2 > FAR * search.count:
         paying = search.paying(final, barred, LARGEST)
         if not paying:
@@ -66,7 +67,7 @@ def _larger(search: Search, final: Trial, judges: Sequence[Fold], gone: Sequence
         search.target.settle(best.values)
         final = search.trial(best.names, best.values, like=best)
         left = left_held_out(search, final, judges)
-    return final
+    return final, barred
 
 
 def _better(

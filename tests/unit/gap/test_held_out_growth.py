@@ -158,7 +158,7 @@ def test_what_the_fitted_drive_asks_for_is_added_unless_held_out_data_lose_by_it
     found = after(search, [BAND])
     assert found.final.names == ((BAND, TRUE) if taken else (BAND,))
     assert found.rivals == ({BAND: (), TRUE: ()} if taken else {BAND: ()})
-    assert search.said[-1] == f"held-out data on {TRUE}, effect 2: chi²/N 10"
+    assert search.said[0] == f"held-out data on {TRUE}, effect 2: chi²/N 10"
 
 
 def test_what_held_out_data_refuse_leaves_the_place_to_the_next_one() -> None:
