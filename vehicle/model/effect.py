@@ -40,8 +40,8 @@ class Key:
     `low`..`high` is the range met in practice (where a search looks; a model may hold a value outside);
     `minimum`..`maximum` what the equation allows, outside which a value is refused.
     `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
-    `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without;
-    `begin`: from there, where nothing moves yet at the neutral value.
+    `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without.
+    `step`: next to the neutral value nothing moves yet, so what the key does there is seen over this much of it.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Key:
     maximum: float = inf
     meaning: str = ""
     late: bool = False
-    begin: float | None = None
+    step: float = 0.0
 
     @property
     def allowed(self) -> str:
@@ -182,6 +182,9 @@ def effect(
     for k in parameters:
         if not (isfinite(k.low) and isfinite(k.high) and k.low < k.high and not isnan(k.neutral)):
             raise ModelError(f"effect {name}: range or neutral value is wrong", key=k.name)
+        if not 0.0 <= k.step <= k.high - k.low:
+            allowed = f"0 to {k.high - k.low:g} {k.unit}"
+            raise ModelError(f"effect {name}: step outside its range", key=k.name, found=f"{k.step:g}", allowed=allowed)
     for m in memory:
         if m.start and m.start not in BUS_FIELDS:
             near = nearest_name(m.start, BUS_FIELDS)

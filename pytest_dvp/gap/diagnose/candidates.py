@@ -51,11 +51,6 @@ class Candidate:
         """See the class."""
         return bool(self.effect.diagnosed.details)
 
-    @property
-    def begun(self) -> Point:
-        """From where late keys are fitted from whose neutral value on nothing moves."""
-        return {c.name: c.key.begin for c in self.coordinates if c.key.begin is not None}
-
     def weaker(self, point: Point, share: float) -> list[Point]:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
         found = dict(point)

@@ -101,6 +101,13 @@ class Coordinate:
         low, high = self.search_limits
         return not low + 1e-3 < self.to_unit(value) < high - 1e-3
 
+    def step(self, u: float) -> float:
+        """Step in u over which a derivative is taken, towards the middle of the range; see `Key.step`."""
+        key = self.key
+        if key.step > 0.0 and u == self.to_unit(key.neutral):
+            return self.to_unit(key.neutral + key.step) - u
+        return STEP if u < 0.5 else -STEP
+
     def slope(self, u: float) -> float:
         """d value / d u, at an end of what the equation allows the one from inside."""
         up, down = self.value(u + 1e-4), self.value(u - 1e-4)
@@ -158,7 +165,7 @@ def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values,
     best = square(r)
     jacobian = np.empty((len(coordinates), len(r)))
     lent = _lend(known, coordinates, jacobian)
-    _derive(jacobian, residual, r, u, [k for k in range(len(u)) if k not in lent])
+    _derive(coordinates, jacobian, residual, r, u, [k for k in range(len(u)) if k not in lent])
     fresh = not lent
     damping = 1e-3
     for _ in range(3 * stop.rounds if coordinates else 0):
@@ -171,7 +178,7 @@ def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values,
         if not fresh:
             if best > stop.above:
                 break
-            _derive(jacobian, residual, r, u)
+            _derive(coordinates, jacobian, residual, r, u)
             fresh, damping = True, 1e-3
             continue
         if not any(c.dead_time for c in coordinates) or best > stop.above:
@@ -179,14 +186,14 @@ def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values,
         u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
         if before - best < stop.enough:
             break
-        _derive(jacobian, residual, r, u)
+        _derive(coordinates, jacobian, residual, r, u)
     if best <= stop.above:
         there = u
         u, r, best = _into_valleys(coordinates, residual, u, r, best)
         if zoom:
             u, r, best = _zoom(coordinates, residual, u, r, best)
         if coordinates and (zoom or u is not there):
-            _derive(jacobian, residual, r, u)
+            _derive(coordinates, jacobian, residual, r, u)
     return Fit(coordinates, _values(coordinates, u), r, best, jacobian)
 
 
@@ -307,11 +314,10 @@ def _lend(known: Fit | None, coordinates: Sequence[Coordinate], jacobian: FloatA
     return set(lent)
 
 
-def _derive(
-    jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray, which: Iterable[int] | None = None
-) -> None:
+def _derive(coordinates: Sequence[Coordinate], jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray,
+            which: Iterable[int] | None = None) -> None:  # fmt: skip
     def row(k: int) -> None:
-        step = STEP if u[k] < 0.5 else -STEP
+        step = coordinates[k].step(float(u[k]))
         moved = u.copy()
         moved[k] += step
         np.subtract(residual(moved), r, out=jacobian[k])

@@ -162,8 +162,7 @@ class Search:
         now = self.grown(now, turns)
         self._late = True
         self.target.settle(now.values)
-        late = {key: u for name, c in self.known.items() if name in now.names for key, u in c.begun.items()}
-        now = self.grown(self.trial(now.names, now.values | late), [])
+        now = self.grown(self.trial(now.names, now.values), [])
         whole = self._whole_actuator(now)
         return now if whole is now else self.grown(whole, [])
 
@@ -299,7 +298,7 @@ class Search:
         def looked_at(name: str) -> tuple[float, list[Ranked]]:
             look, candidate = copy(whole), self.tried[name]
             options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
-            return look.strongest, [(left, name, point | candidate.begun) for left, point in options]
+            return look.strongest, [(left, name, point) for left, point in options]
 
         few = [name for name in names if name not in now.names]
         found = mapped(looked_at, few)

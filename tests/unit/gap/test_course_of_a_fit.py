@@ -44,7 +44,7 @@ class Course:
         monkeypatch.setattr(module, "broyden_update", lambda *asked: self.calls.append("update"))
         self.target: Any = SimpleNamespace(whitened=lambda values: np.array([self.levels[0]]), sample=0.02)
 
-    def _derive(self, jacobian: Any, residual: Any, r: Any, u: Any, which: Any = None) -> None:
+    def _derive(self, coordinates: Any, jacobian: Any, residual: Any, r: Any, u: Any, which: Any = None) -> None:
         self.calls.append("derive" if which is None else ("derive", list(which)))
 
     def _improve(self, coordinates: Any, residual: Any, jacobian: Any, u: Any, r: Any, best: float, damping: float,

@@ -117,15 +117,24 @@ def test_the_slope_of_a_value_over_its_place(low: float, high: float, u: float, 
 # --- steps
 
 
+def test_a_key_that_does_nothing_at_first_is_seen_over_the_step_that_it_names() -> None:
+    """0.3 of a range of 0.6 from nothing on; elsewhere six thousandths, as any other."""
+    slow_to_start = Coordinate("effect", Key("k", "s", 0.0, 0.6, 0.0, 0.05, minimum=0.0, step=0.3))
+    assert [slow_to_start.step(u) for u in (0.0, 0.001, 0.499, 0.5)] == pytest.approx([0.5, 0.006, 0.006, -0.006])
+    found = np.zeros((1, 1))
+    _derive([slow_to_start], found, lambda place: np.maximum(place - 0.1, 0.0), np.zeros(1), np.zeros(1))
+    assert found[0, 0] == pytest.approx(0.8)  # 0.4 beyond the part where nothing moves, over 0.5
+
+
 def test_a_derivative_is_taken_over_six_thousandths_towards_the_middle() -> None:
     """Of u^2 it is 2 u + h forwards and 2 u - h backwards."""
     u = np.array([0.4, 0.5, 0.9])
     found = np.zeros((3, 3))
-    _derive(found, lambda place: np.asarray(place**2), u**2, u)
+    _derive([coordinate()] * 3, found, lambda place: np.asarray(place**2), u**2, u)
     assert np.diag(found) == pytest.approx([0.806, 0.994, 1.794])
     assert found - np.diag(np.diag(found)) == pytest.approx(np.zeros((3, 3)))
     only = np.zeros((3, 3))
-    _derive(only, lambda place: np.asarray(place**2), u**2, u, [1])
+    _derive([coordinate()] * 3, only, lambda place: np.asarray(place**2), u**2, u, [1])
     assert only[1] == pytest.approx([0.0, 0.994, 0.0])
     assert not only[[0, 2]].any()
 

@@ -176,11 +176,18 @@ def test_over_how_much_of_the_pedal_a_drag_comes_is_found_though_nothing_moves_a
     """With the last bit of the pedal or from 0.35 m/s^2 on: no other resistance stands for it."""
     truth = {"lift_off_braking": {"a": 0.5, "blend": blend}}
     s = on_truth(truth, "rich", "lift_off_braking", "rolling_resistance", "drive_gain", "pedal_deadband")
-    assert s.known["lift_off_braking"].begun == {("lift_off_braking", "blend"): 0.2}
     found = s.run().final
     assert found.names == ("lift_off_braking",)
     assert found.values["lift_off_braking", "blend"] == pytest.approx(blend, abs=0.01)
     assert found.values["lift_off_braking", "a"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_what_pushes_a_slow_car_is_creep_and_no_weaker_brake() -> None:
+    truth = {"creep": {"a": 0.8, "v0": 4.0, "braking": 1.0}}
+    found = on_truth(truth, "rich", "creep", "brake_gain", "rolling_resistance", "drive_gain", "brake_lag").run()
+    assert (found.final.names, found.rivals) == (("creep",), {"creep": ()})
+    assert found.final.values["creep", "a"] == pytest.approx(0.8, rel=0.02)
+    assert found.final.values["creep", "v0"] == pytest.approx(4.0, rel=0.02)
 
 
 def test_only_positive_commands_leave_the_mass_and_the_gain_of_the_drive_equal() -> None:

@@ -248,6 +248,20 @@ def test_an_effect_needs_a_finite_range_of_some_width_and_a_neutral_value(
             declare()
 
 
+@pytest.mark.parametrize(("step", "good"), [(0.0, True), (2.0, True), (2.001, False), (-0.1, False), (math.nan, False)])
+def test_a_step_is_no_longer_than_the_range_in_which_it_is_taken(step: float, good: bool) -> None:
+    def declare() -> Any:
+        key = Key("k", "s", 1.0, 3.0, 1.0, 0.1, step=step)
+        words = {"physics": "", "equation": "", "source": "", "reveals": ""}
+        return effect(name="odd", slot="force", parameters=(key,), **words)(lambda x, p, m: None)  # type: ignore[arg-type]
+
+    if good:
+        assert declare().parameters[0].step == step
+    else:
+        with pytest.raises(ModelError, match=r"outside its range.*0 to 2 s"):
+            declare()
+
+
 def test_a_memory_is_one_number_and_a_line_holds_a_second_of_a_thousand_steps() -> None:
     assert (Memory("m").size, Memory("m").start) == (1, "")
     lines = {m.name: m.size for m in (*DELAY_MEMORY, *HISTORY_MEMORY)}

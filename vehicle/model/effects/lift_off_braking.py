@@ -19,9 +19,9 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
     slot="command",
     order=85,  # after dead time and gains, before the brakes' lag: what the motor does already, the brakes need not
     physics="with the pedal released, regeneration or engine drag slows the car",
-    equation="a_r = (a + rise (v - 10 m/s)) min(1, v/fade), late by lag; a = -a_r while abs(a_c) < 0.05 m/s^2; while "
-    "a_c < -0.05 m/s^2 the brakes add what is missing to a_c - braking a_r, or the drive takes off its share `drive` "
-    "of what is too much; when moving",
+    equation="a_r = (a + rise (v - 10 m/s)) min(1, v/fade), late by lag; a = a_c - s a_r, s = 1 for abs(a_c) < 0.05 "
+    "m/s^2, falling straight to 0 at a_c = 0.05 m/s^2 + blend; while a_c < -0.05 m/s^2 the brakes add what is missing to "
+    "a_c - braking a_r, or the drive takes off its share `drive` of what is too much; when moving",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting); J. B. Heywood, Internal "
     "Combustion Engine Fundamentals, ch. 13 (friction grows with engine speed)",
     parameters=(
@@ -31,14 +31,14 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
             meaning="share of it that adds to a braking command; 0 where the brakes allow for it"),
         Key("rise", "1/s", -0.03, 0.06, neutral=0.0, least=0.005, minimum=-0.03, maximum=0.06, late=True,
             meaning="growth of it with speed: an engine's friction grows, a motor's power is limited"),
-        Key("fade", "m/s", 0.0, 5.0, neutral=0.0, least=0.5, minimum=0.0, maximum=5.0, late=True,
+        Key("fade", "m/s", 0.0, 5.0, neutral=0.0, least=0.5, minimum=0.0, maximum=5.0, late=True, step=1.0,
             meaning="speed below which it fades: a motor cannot regenerate, an engine idles"),
         Key("lag", "s", 0.0, 0.6, neutral=0.0, least=0.03, minimum=0.0, maximum=0.6, late=True,
             meaning="time constant with which it comes and goes"),
         Key("drive", "-", 0.0, 1.0, neutral=1.0, least=0.1, minimum=0.0, maximum=1.0, late=True,
             meaning="share that the drive takes off where less is asked for; 0 where the motor brakes all the same"),
-        Key("blend", "m/s^2", 0.0, 0.6, neutral=0.0, least=0.05, minimum=0.0, maximum=2.0, late=True, begin=0.2,
-            meaning="of asked acceleration over which it comes as the pedal is released; 0: with the last bit of it"),
+        Key("blend", "m/s^2", 0.0, 0.6, neutral=0.0, least=0.05, minimum=0.0, maximum=2.0, late=True, step=0.2,
+            meaning="range of the asked acceleration in which it grows to its full size; 0: all at once"),
     ),
     memory=(Memory("a"),),
     ties=(
