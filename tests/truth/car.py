@@ -78,6 +78,7 @@ LIFT_BLEND = P["lift_off_braking", "blend"]
 (HILL, HILL_X) = (P["road_profile", "height"], P["road_profile", "x"])
 (HILL_Y, HILL_L) = (P["road_profile", "y"], P["road_profile", "length"])
 (CREEP, CREEP_V, CREEP_BRAKES) = (P["creep", key] for key in ("a", "v0", "braking"))
+(GAIN, GAIN_V) = (P["converter_gain", "a"], P["converter_gain", "speed"])
 
 
 @compiled
@@ -161,6 +162,8 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
             elif s[V] > p[GAP_V] and s[GAP] < p[GAP_T]:
                 s[GAP] += H
                 a = 0.0
+    if p[GAIN] > 0.0 and a > -0.3 and s[V] < p[GAIN_V]:
+        a += p[GAIN] * (1.0 - s[V] / p[GAIN_V])
     if p[RIPPLE] > 0.0 and s[V] > 0.0:
         a += p[RIPPLE] * math.sin(2.0 * math.pi * p[PER_METRE] * s[WAY])
     return a, lifted

@@ -69,7 +69,7 @@ def test_effects_that_need_no_tyres_assume_nothing_about_the_car() -> None:
 
 @pytest.mark.nightly
 def test_an_effect_of_no_library_leaves_a_misfit_that_is_said_and_described() -> None:
-    found = told({"gear_gap": typical("gear_gap")})
+    found = told({"converter_gain": typical("converter_gain")})
     assert found.verdict in ("UNKNOWN", "PARTIAL")
     assert found.ladder[-1].chi2_per_n > 1.3
     assert found.signature

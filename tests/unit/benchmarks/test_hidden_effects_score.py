@@ -109,7 +109,7 @@ def test_pairs_are_exact_and_triples_may_hold_more() -> None:
     ("verdict", "flag"), [("PARTIAL", True), ("UNKNOWN", True), ("NAMED", False), ("ERROR", False)]
 )
 def test_outside_the_library_is_flagged_by_partial_or_unknown(verdict: str, flag: bool) -> None:
-    assert score.flagged(line("outside", {"gear_gap": {"duration": 0.5}}, verdict)) is flag
+    assert score.flagged(line("outside", {"converter_gain": {"a": 0.6}}, verdict)) is flag
 
 
 def test_error_is_of_the_effects_size_not_of_the_value() -> None:

@@ -52,6 +52,7 @@ def told(model: VehicleModel, effects: Effects, values: Values | None = None) ->
         ("steer_resonance", "lateral", "steer_rings", 1.0),  # all of the command passes the resonance
         ("battery_sag", "longitudinal", "drive_energy", -0.4),  # drops by 40 %
         ("gear_gap", "longitudinal", "speed_passed", None),
+        ("converter_gain", "longitudinal", "creeping", 0.6),  # m/s^2 at standstill
     ],
 )
 @pytest.mark.nightly(by_day=2)
@@ -123,7 +124,7 @@ def test_trend_grows_for_a_fade_that_never_levels_off(model: VehicleModel) -> No
 
 
 def test_document_is_json_and_deterministic(model: VehicleModel) -> None:
-    effects = {"creep": typical("creep")}
+    effects = {"converter_gain": typical("converter_gain")}
     first, second = (json.dumps(told(model, effects), allow_nan=False) for _ in range(2))
     assert first == second
 
