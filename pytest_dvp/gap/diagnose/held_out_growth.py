@@ -1,4 +1,7 @@
-"""Far from the noise, effects that only the fitted drive asks for make room for what held-out drives ask for as well.
+"""Far from the noise, held-out drives say which effects may come, and which make room for others.
+
+What the fitted drive asks for comes beyond the usual number of effects, if held-out drives do not lose by it. Then what
+only the fitted drive asks for makes room for what held-out drives ask for as well.
 
 A coupe's rolling resistance had been fitted as a dead band of its pedal and its slight slope as a hill: both do better
 on the drive that is fitted, and worse on every other one. No single rival does as well in the place of one of them, so
@@ -17,7 +20,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 
 SUSPECTS = 3  # effects that are tried in a turn, those of least use on held-out data first; chosen: each is a search
 TURNS = 4  # at most; chosen
-LARGEST = 20  # effects of a set while held-out data agree with each; chosen: a motorhome gained up to the twentieth
+LARGEST = 20  # effects of a set while held-out data agree with each; chosen: each costs a search among all others
 LOSES = 0.01  # of what is left of held-out data; chosen: less is how well a fit ends
 MORE = 3  # effects in the place of one, however many there are: held-out data judge them; chosen
 
