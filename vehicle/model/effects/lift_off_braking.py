@@ -20,8 +20,8 @@ MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; wh
     order=85,  # after dead time and gains, before the brakes' lag: what the motor does already, the brakes need not
     physics="with the pedal released, regeneration or engine drag slows the car",
     equation="a_r = (a + rise (v - 10 m/s)) min(1, v/fade), late by lag; a = a_c - s a_r, s = 1 for abs(a_c) < 0.05 "
-    "m/s^2, falling straight to 0 at a_c = 0.05 m/s^2 + blend; while a_c < -0.05 m/s^2 the brakes add what is missing to "
-    "a_c - braking a_r, or the drive takes off its share `drive` of what is too much; when moving",
+    "m/s^2, falling straight to 0 at a_c = 0.05 m/s^2 + blend; while a_c < -0.05 m/s^2 the brakes add what is missing "
+    "to a_c - braking a_r, or the drive takes off its share `drive` of what is too much; when moving",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting); J. B. Heywood, Internal "
     "Combustion Engine Fundamentals, ch. 13 (friction grows with engine speed)",
     parameters=(
