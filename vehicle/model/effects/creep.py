@@ -16,7 +16,7 @@ from vehicle.model.shown_by import BRAKES, DRIVE, SPEED, ShownBy
     physics="with the pedal released, a torque converter, a slipping clutch or the motor's controller pushes the car",
     equation="a_k = a (1 - v/v0) for v < v0, else 0; a = max(a_c, a_k) for a_c >= 0; a = a_c + braking a_k for a_c < 0 "
     "(the brakes have to hold against it)",
-    source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., sec. 3.3 (torque converter)",
+    source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., ch. 3 (torque converters)",
     parameters=(
         Key("a", "m/s^2", 0.1, 1.0, neutral=0.0, least=0.05, minimum=0.0, meaning="acceleration at standstill"),
         Key("v0", "m/s", 1.0, 6.0, neutral=2.0, least=0.5, minimum=0.2, meaning="speed at which it ends"),
