@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
+from math import isfinite
 from typing import TYPE_CHECKING
 
-from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.input_scales import input_map
 from pytest_dvp.gap.diagnose.linear_algebra import square
@@ -46,7 +47,7 @@ def known_rivals(
     nuisance, start = input_map(model)
     search = Search(target, every, nuisance=nuisance, start=start)
 
-    def rival(what: str, trial: Trial) -> Rival:
+    def rival(what: str, trial: Trial, search: Search = search) -> Rival:
         settle(target, trial.values)
         settle(judge, trial.values)
         again = search.trial(trial.names, trial.values, like=trial)
@@ -60,15 +61,31 @@ def known_rivals(
     if own:
         yield rival("the model with its own values fitted again", search.trial(own, given))
     tick("rivals: gains and zeros")
-    free = [c.name for c in every if c.name in CALIBRATION or c.name in present]
-    neutral = {c.name: c.key.neutral for one in every if one.name in free for c in one.coordinates}
-    yield rival(f"the model with its calibration fitted again ({', '.join(free)})", search.trial(free, neutral | given))
+    linear = [_from_nothing(c) for c in every if c.name in CALIBRATION or c.name in present]
+    free = [c.name for c in linear]
+    neutral = {c.name: c.key.neutral for one in linear for c in one.coordinates}
+    plain = Search(target, linear, nuisance=nuisance, start=start)
+    calibrated = plain.trial(free, neutral | given)
+    yield rival(f"the model with its calibration fitted again ({', '.join(free)})", calibrated, plain)
     tick("rivals: the catalogue")
     for trial in search.climb():
         yield rival(_named(trial), trial)
     best = search.run().final
     if best.names:
         yield rival(_named(best), best)
+
+
+def _from_nothing(candidate: Candidate) -> Candidate:
+    """The candidate with its values by difference, from doing nothing on: by ratio, a fit that begins there cannot
+    leave, and its first step out would have to go as far as what is worth a name."""
+    return dataclasses.replace(
+        candidate,
+        coordinates=tuple(
+            dataclasses.replace(c, key=dataclasses.replace(c.key, low=c.key.neutral))
+            if c.by_ratio and isfinite(c.key.neutral) and c.key.neutral < c.key.low else c
+            for c in candidate.coordinates
+        ),
+    )  # fmt: skip
 
 
 def _named(trial: Trial) -> str:
