@@ -38,7 +38,8 @@ X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, r
 (A_LAG, A_BRAKE, A_JERK, D_LAG, D_RATE, D_STICK, D_PLAY, ROLL, SUM, HEAT, ENERGY, WAY, D_RES, W_RES, GAP) = range(8, 23)
 DISC, D_FREE, HOLDS, RESTED = range(23, 27)  # heat of the brake; wheel angle that can stick, whether it does
 A_LIFT = 27  # braking of a lifted pedal
-N_STATE = 28
+IN_GEAR = 28
+N_STATE = 29
 FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of the fine record."""
 
@@ -71,7 +72,8 @@ LIFT_BLEND = P["lift_off_braking", "blend"]
 (GUST, GUST_T) = (P["cross_wind", "amplitude"], P["cross_wind", "period"])
 (RES_F, RES_D) = (P["steer_resonance", "frequency"], P["steer_resonance", "damping"])
 (SAG, SAG_E) = (P["battery_sag", "drop"], P["battery_sag", "energy"])
-(GAP_V, GAP_T) = (P["gear_gap", "speed"], P["gear_gap", "duration"])
+(GAP_T, GAP_V, GAP_STEP) = (P["gear_changes", key] for key in ("T", "v1", "step"))
+(GAP_MORE, GAP_CUT) = (P["gear_changes", "demand"], P["gear_changes", "cut"])
 (FADE_K, FADE_TAU, TORQUE) = (P["brake_fade", "k"], P["brake_fade", "tau"], P["drive_torque_limit", "limit"])
 (FASTEST, HOLD) = (P["speed_limit", "limit"], P["steer_sticking", "width"])
 (ASSIST, ASSIST_V) = (P["steer_assist", "g"], P["steer_assist", "v0"])
@@ -101,6 +103,17 @@ def follow(y: float, u: float, tau: float) -> float:
         return u
     q = 0.5 * H / tau
     return (y * (1.0 - q) + 2.0 * q * u) / (1.0 + q)
+
+
+@compiled
+def shift_speed(p: FloatArray, gear: float) -> float:
+    """Speed at which a gear, 0 the lowest, is left upwards at 1 m/s^2; the steps close up by a tenth each."""
+    v, step = p[GAP_V], p[GAP_STEP]
+    while gear > 0.0:
+        v *= max(step, 1.1)
+        step /= 1.1
+        gear -= 1.0
+    return v
 
 
 @compiled
@@ -147,21 +160,23 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         old = s[A_BRAKE]  # the brake fades beside the drive
         s[A_BRAKE] = follow(old, 0.0, p[RELEASE] * p[BRAKE_TAU])
         a += 0.5 * (old + s[A_BRAKE]) if s[A_BRAKE] < 0.0 else 0.0
+    if p[GAP_T] > 0.0:
+        if s[V] > shift_speed(p, s[IN_GEAR]) * (1.0 + p[GAP_MORE] * (max(a, 0.0) - 1.0)):
+            s[IN_GEAR] += 1.0
+            s[GAP] = t + p[GAP_T]
+        elif s[IN_GEAR] > 0.0 and s[V] < 0.65 * (1.0 - p[GAP_MORE]) * shift_speed(p, s[IN_GEAR] - 1.0):
+            s[IN_GEAR] -= 1.0
+            s[GAP] = t + p[GAP_T]
+        if a > 0.0:
+            a *= 1.0 - p[GAP_CUT] * min(max((s[GAP] - t) / H, 0.0), 1.0)
     a = min(max(a, s[A_JERK] - p[JERK] * H), s[A_JERK] + p[JERK] * H)
     s[A_JERK] = a
     a = max(a, -p[BRAKE_MAX])
     if a < 0.0:
         a /= 1.0 + p[FADE_K] * s[DISC]
     a = min(a, p[TORQUE])
-    if a > 0.0:
-        if a * s[V] > p[POWER]:
-            a = p[POWER] / s[V]
-        if p[GAP_T] > 0.0:
-            if s[V] < 0.6 * p[GAP_V]:
-                s[GAP] = 0.0
-            elif s[V] > p[GAP_V] and s[GAP] < p[GAP_T]:
-                s[GAP] += H
-                a = 0.0
+    if a > 0.0 and a * s[V] > p[POWER]:
+        a = p[POWER] / s[V]
     if p[GAIN] > 0.0 and a > -0.3 and s[V] < p[GAIN_V]:
         a += p[GAIN] * (1.0 - s[V] / p[GAIN_V])
     if p[RIPPLE] > 0.0 and s[V] > 0.0:

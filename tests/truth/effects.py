@@ -88,7 +88,13 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     # steer_servo of the catalogue, in another form
     "steer_resonance": {"frequency": (0.0, 1.8, "Hz"), "damping": (0.25, 0.25, "-")},
     "battery_sag": {"drop": (0.0, 0.4, "-"), "energy": (100.0, 100.0, "m^2/s^2")},
-    "gear_gap": {"speed": (0.0, 6.0, "m/s"), "duration": (0.0, 0.5, "s")},
+    "gear_changes": {
+        "T": (0.0, 0.6, "s"),
+        "v1": (4.0, 3.5, "m/s"),
+        "step": (1.6, 1.7, "-"),
+        "demand": (0.0, 0.2, "s^2/m"),
+        "cut": (1.0, 1.0, "-"),
+    },
     "creep": {"a": (0.0, 0.8, "m/s^2"), "v0": (2.0, 3.0, "m/s"), "braking": (1.0, 1.0, "-")},
     # beside the drive, not in its place: a torque converter that multiplies
     "converter_gain": {"a": (0.0, 0.6, "m/s^2"), "speed": (2.0, 2.5, "m/s")},
@@ -116,7 +122,6 @@ OUTSIDE = (
     "brake_fade",
     "cross_wind",
     "battery_sag",
-    "gear_gap",
     "converter_gain",
 )
 """Effects that no ordinary search is expected to name: no library has them, or (brake_fade) in another form."""

@@ -23,6 +23,7 @@ class Diagnosed:
     run_setup    "zero": a zero of a sensor or of the steering, which may differ from run to run of the same car;
                  "place": where a sensor is mounted, asked of a held-out run only if another run has it
     grid_points  points of the grid for an effect whose error has many valleys; 0: as many as its parameters ask for
+    grid         (parameter, values): the points of the grid on this axis, where its range would give too few or others
     delay_error  share of a sample by which the dead time `delay` is never known
     input_scales scales of the model's input map that do the same as this effect
     scaled_by    (scale of the input map, parameter): the parameter is held where this scale is fitted, for scale and
@@ -40,6 +41,7 @@ class Diagnosed:
     input: str = ""
     run_setup: Literal["", "zero", "place"] = ""
     grid_points: int = 0
+    grid: tuple[tuple[str, tuple[float, ...]], ...] = ()
     delay_error: float = 0.1
     input_scales: tuple[str, ...] = ()
     scaled_by: tuple[tuple[str, str], ...] = ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isinf
 from typing import TypeAlias
 
@@ -16,7 +16,17 @@ from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
 _FINER = ("lead", "inertia", "release", "brakes", "braking")  # keys that only a fit finds: no grid begins with them
-_SHAPE = ("heading", "tau", "v0", "v1", "frequency", "damping", *_FINER)  # keys that say how, not how much
+_SHAPE = (
+    "heading",
+    "tau",
+    "v0",
+    "v1",
+    "step",
+    "demand",
+    "frequency",
+    "damping",
+    *_FINER,
+)  # keys that say how, not how much
 BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
@@ -89,7 +99,7 @@ def candidates(
         if tried.input and model.inputs.longitudinal != (tried.input,):
             continue
         coordinates = tuple(
-            Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key))
+            Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key), bool(tried.grid))
             for key in effect.parameters
             if key.name not in tried.held and not any((s, key.name) in tried.scaled_by for s in scales)
         )
@@ -99,7 +109,7 @@ def candidates(
             (tried.grid_points,) if tried.grid_points else each for each in ((_LIMITS,) if limit else _FINE, _COARSE)
         )
         found.append(
-            Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
+            Candidate(effect, coordinates, *(_points(coordinates, n, mounts, dict(tried.grid)) for n in (fine, coarse)))
         )
     return tuple(found)
 
@@ -110,13 +120,15 @@ def _samples_unsure(effect: Effect, key: Key) -> float:
 
 
 def _points(
-    coordinates: tuple[Coordinate, ...], counts: tuple[int, ...], places: tuple[float, ...]
+    coordinates: tuple[Coordinate, ...],
+    counts: tuple[int, ...],
+    places: tuple[float, ...],
+    grid: Mapping[str, tuple[float, ...]],
 ) -> tuple[Point, ...]:
     count = counts[min(len(coordinates), len(counts)) - 1]
     names = [c.name for c in coordinates]
-    points: list[Point] = [
-        dict(zip(names, values, strict=True)) for values in itertools.product(*(_line(c, count) for c in coordinates))
-    ]
+    lines = (grid.get(c.key.name) or _line(c, count) for c in coordinates)
+    points: list[Point] = [dict(zip(names, values, strict=True)) for values in itertools.product(*lines)]
     points.sort(key=lambda p: -sum(_strength(c, p[c.name]) for c in coordinates))
     if places:
         points = [{**point, ("parameters", "ay_x"): place} for point in points for place in places]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, Point
+from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_finer
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.trial import Trial
 
 
+_REACHES = (0.12, 0.06, 0.03)  # of a range, by which a key is moved
 HOPELESS = 0.1  # of the gain that is needed; chosen, not measured: a weak point may understate a strong one
 
 
@@ -36,6 +37,8 @@ class FirstOrderGain:
         looked at in its weakest point only, with each place where `ay` may be measured: a wrong one hides it.
         """
         self.strongest = 0.0
+        if any(c.jumps for c in candidate.coordinates):
+            return self._descended(candidate, points, needed)
         weak = [p for p in points if all(p[c.name] == points[-1][c.name] for c in candidate.coordinates)]
         if needed > 0.0 and len(points) > len(weak):
             looks = [self._step(point) for point in weak]
@@ -60,6 +63,40 @@ class FirstOrderGain:
         if hoped:
             less = min(hoped, key=lambda option: option[0])[1]
             options.append((self._left(less), less))
+        return options
+
+    def _descended(self, candidate: Candidate, points: Sequence[Point], needed: float) -> list[tuple[float, Point]]:
+        """The points of a grid of an effect that comes and goes (a change of gear), and those where the best of them
+        lead, each key moved in turn: a fit finds no other valley than the one that it begins in. With a gain that is
+        needed, other effects are there, each look costs more, and only the best point is followed."""
+        options: list[tuple[float, Point]] = []
+        for point in points:
+            raw, size, slope = self._step(point)
+            self.strongest = max(self.strongest, raw)
+            if raw >= self._nothing:
+                options.append((self._before + 2.0 * slope + size, point))
+        if not options:
+            return []
+        ways = [min(options, key=lambda option: option[0])]
+        if needed <= 0.0:  # the best of each value of each key
+            for c in candidate.coordinates:
+                for value in dict.fromkeys(point[c.name] for point in points):
+                    ways += sorted((o for o in options if o[1][c.name] == value), key=lambda option: option[0])[:1]
+        for left, point in [way for k, way in enumerate(ways) if way not in ways[:k]]:
+            for reach in _REACHES:
+                moved = True
+                while moved:
+                    moved = False
+                    for c in candidate.coordinates:
+                        if is_finer(c.key):
+                            continue
+                        for side in (reach, -reach):
+                            u = c.within(c.to_unit(point[c.name]) + side)
+                            other = point | {c.name: c.value(u)}
+                            if (found := self._left(other)) < left - self._nothing:
+                                left, point, moved = found, other, True
+                                break
+            options.append((left, point))
         return options
 
     def _beside(self, candidate: Candidate, options: Sequence[tuple[float, Point]]) -> list[tuple[float, Point]]:

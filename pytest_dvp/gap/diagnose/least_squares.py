@@ -26,6 +26,7 @@ Intervals: TypeAlias = dict[tuple[str, str], tuple[float, float]]
 
 _JUMPS = (0.25, 0.5, 0.75, 1.0)  # samples
 STEP = 0.006  # of a coordinate's range, for derivatives
+STEPS_OF_JUMPS = 3.0  # as long where the error jumps: over less, single samples make the slope
 _BEYOND = 0.25  # of its range, how far outside a coordinate may go if the equation allows it
 _LONGEST = 0.35  # of its range, in one step
 _NORMAL = 2.5  # standard deviations of a 95 % interval: segments are few, and drift of the position ties neighbours;
@@ -42,14 +43,15 @@ VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where
 class Coordinate:
     """A parameter as a number u, 0 to 1 over its typical range; by ratio where that is positive and wide.
 
-    rough: the error has many valleys over it; dead_time: the error jumps at whole samples of a
-    held command; the share of one that is never known.
+    rough: the error has many valleys over it; jumps: it jumps where an event comes or goes; dead_time: it jumps at
+    whole samples of a held command; the share of one that is never known.
     """
 
     effect: str
     key: Key
     rough: bool = False
     dead_time: float = 0.0
+    jumps: bool = False
 
     @property
     def name(self) -> tuple[str, str]:
@@ -106,7 +108,8 @@ class Coordinate:
         key = self.key
         if key.step > 0.0 and u == self.to_unit(key.neutral):
             return self.to_unit(key.neutral + key.step) - u
-        return STEP if u < 0.5 else -STEP
+        size = STEPS_OF_JUMPS * STEP if self.jumps else STEP
+        return size if u < 0.5 else -size
 
     def slope(self, u: float) -> float:
         """d value / d u, at an end of what the equation allows the one from inside."""
@@ -219,9 +222,13 @@ def intervals(
     spread = np.sqrt(np.maximum(np.maximum(clustered, plain), 0.0))
     moved = bread @ row_products(j, exact - r) if exact is not None else np.zeros(len(j))
     result = {}
-    for c, s, d in zip(found.coordinates, spread, moved, strict=True):
+    for c, row, s, d in zip(found.coordinates, j, spread, moved, strict=True):
         value = found.values[c.name]
-        width = _NORMAL * float(s) + abs(float(d)) + (_VALLEY if c.rough else 0.0)
+        if c.jumps and not row.any():  # no event in these data hangs on it
+            low, high = c.search_limits
+            result[c.name] = (min(value, c.value(low)), max(value, c.value(high)))
+            continue
+        width = _NORMAL * float(s) + abs(float(d)) + (_VALLEY if c.rough else STEPS_OF_JUMPS * STEP if c.jumps else 0.0)
         half = width * abs(c.slope(c.to_unit(value)))
         result[c.name] = (max(value - half, c.key.minimum), min(value + half, c.key.maximum))
     return result

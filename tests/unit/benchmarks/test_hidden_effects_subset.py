@@ -34,7 +34,7 @@ ALL_SINGLES = (
     "wheel_radius", "yaw_rate_latency", "imu_misalignment", "gnss_latency", "gnss_lever_arm",
 )  # fmt: skip
 FEW_SINGLES = ("drive_delay", "road_grade", "steer_backlash", "understeer")
-ALL_OUTSIDE = ("cross_wind", "torque_ripple", "gear_gap")
+ALL_OUTSIDE = ("cross_wind", "torque_ripple", "battery_sag")
 if os.environ.get("DVP_MATRIX") == "all":
     SINGLES, NULLS, PAIRS, OUTSIDE = ALL_SINGLES, 8, 3, ALL_OUTSIDE
 else:

@@ -36,9 +36,12 @@ def gain(strength: Callable[[float], float] = plain, across: float = -1.0) -> Fi
     return FirstOrderGain(target, now)
 
 
-def candidate(*names: str) -> Any:
+def candidate(*names: str, jumps: bool = False) -> Any:
     """Coordinates that are their own units; a weaker point is the share of it."""
-    coordinates = [SimpleNamespace(name=name, to_unit=float, value=float) for name in names]
+    key = SimpleNamespace(late=False, name="")
+    coordinates = [
+        SimpleNamespace(name=name, key=key, to_unit=float, value=float, within=float, jumps=jumps) for name in names
+    ]
     return SimpleNamespace(
         coordinates=coordinates, weaker=lambda point, share: [{name: share * u for name, u in point.items()}]
     )
@@ -46,6 +49,21 @@ def candidate(*names: str) -> Any:
 
 def left(found: list[tuple[float, Mapping[str, float]]]) -> list[tuple[float, float]]:
     return [(chi2, point["a"]) for chi2, point in found]
+
+
+@pytest.mark.parametrize("needed", [0.0, 1.0])
+def test_an_effect_that_comes_and_goes_is_followed_downhill_from_its_points(needed: float) -> None:
+    found = left(gain().remaining_chi2(candidate("a", jumps=True), [{"a": 6.0}, {"a": 1.0}], needed))
+    assert found[:2] == [(25.0, 6.0), (20.0, 1.0)]
+    assert [value for _, value in found[2:]] == pytest.approx([3.0] * (1 if needed else 2), abs=0.031)
+    assert min(found)[0] == pytest.approx(16.0, abs=0.001)
+
+
+def test_a_point_at_which_nothing_comes_says_nothing_of_the_next_one() -> None:
+    found = left(gain(beyond_one).remaining_chi2(candidate("a", jumps=True), [{"a": 0.5}, {"a": 3.0}]))
+    assert found[0] == (17.0, 3.0)
+    assert found[-1][1] == pytest.approx(4.0, abs=0.031)  # 1 beyond what does nothing
+    assert gain(beyond_one).remaining_chi2(candidate("a", jumps=True), [{"a": 0.5}]) == []
 
 
 @pytest.mark.parametrize(

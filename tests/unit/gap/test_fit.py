@@ -112,6 +112,17 @@ def test_an_interval_ends_where_the_equation_ends() -> None:
     assert intervals(found, line.starts())[never_negative.name][0] == 0.0
 
 
+def test_what_no_event_hangs_on_is_not_known_and_what_jumps_no_better_than_its_derivative() -> None:
+    jumps = Coordinate("line", Key("slope", "-", -5.0, 5.0, neutral=0.0, least=0.1), jumps=True)
+    idle = Coordinate("line", Key("next", "-", 1.0, 2.0, neutral=1.5, least=0.1), jumps=True)
+    line = Line(1e-6 * np.random.default_rng(5).normal(size=400))
+    found = fit(cast(ExperimentSet, line), (jumps, idle), {jumps.name: 0.0, idle.name: 1.7}, fixed={HEIGHT.name: -1.0})
+    sure = intervals(found, line.starts())
+    assert found.values[idle.name] == 1.7
+    assert sure[idle.name] == pytest.approx((0.75, 2.25))  # a quarter of the range outside it, where a search stops
+    assert half(sure[jumps.name]) == pytest.approx(0.018 * 10.0, rel=1e-3)
+
+
 @pytest.mark.parametrize(("most", "truth"), [(2.0, 2.02), (-2.0, -2.02)])
 def test_a_value_at_the_end_of_what_the_equation_allows_still_has_an_interval(most: float, truth: float) -> None:
     """The best slope is beyond the end: the fit ends there, as certain to that side as that of any other value."""

@@ -51,7 +51,6 @@ def told(model: VehicleModel, effects: Effects, values: Values | None = None) ->
         ("cross_wind", "lateral", "wave_time", None),
         ("steer_resonance", "lateral", "steer_rings", 1.0),  # all of the command passes the resonance
         ("battery_sag", "longitudinal", "drive_energy", -0.4),  # drops by 40 %
-        ("gear_gap", "longitudinal", "speed_passed", None),
         ("converter_gain", "longitudinal", "creeping", 0.6),  # m/s^2 at standstill
     ],
 )
@@ -67,6 +66,14 @@ def test_first_term_points_at_hidden_effect(
         assert found["regressors"][0]["coefficient"] == pytest.approx(
             coefficient, rel=0.4
         )  # the scale of a fade is a guess
+
+
+@pytest.mark.nightly(by_day=2)
+def test_a_drive_that_stops_for_a_while_at_a_speed_points_at_that_speed(model: VehicleModel) -> None:
+    once = {"T": 0.6, "v1": 6.0, "step": 3.0, "demand": 0.0, "cut": 1.0}
+    found = told(model, {"gear_changes": once})["axes"][0]
+    assert (found["axis"], found["regressors"][0]["key"]) == ("longitudinal", "speed_passed")
+    assert found["regressors"][0]["held_out_share"] > 0.6
 
 
 def test_rhythm_is_sharper_over_distance_for_a_ripple_of_the_wheels(model: VehicleModel) -> None:

@@ -131,8 +131,8 @@ def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     # controllers see the car's own speed, a released pedal brakes with a force, a swaying body feels true forces, a
     # force rises from nought where a car stands
     seeing = {"accel_controller", "speed_controller", "lift_off_braking", "body_roll", "body_pitch", "force_rise"}
-    # a speed heats a brake, changes the ratio of a steering, ends a push, or says that the car stands
-    seeing |= {"brake_fade", "steer_assist", "steer_sticking", "speed_limit", "creep"}
+    # a speed heats a brake, changes a gear or the ratio of a steering, ends a push, or says that the car stands
+    seeing |= {"brake_fade", "gear_changes", "steer_assist", "steer_sticking", "speed_limit", "creep"}
     seeing |= {
         "wheel_slip",
         "front_wheel_speed",
