@@ -59,14 +59,21 @@ class Key:
     @property
     def allowed(self) -> str:
         """What `check` accepts, in words; the neutral value always passes."""
+        return self._allowed("")
+
+    def _allowed(self, unit: str) -> str:
         if self.minimum == -inf:
-            return "any" if self.maximum == inf else f"up to {self.maximum:g}"
-        return f"{self.minimum:g} or more" if self.maximum == inf else f"{self.minimum:g} to {self.maximum:g}"
+            return "any" if self.maximum == inf else f"up to {self.maximum:g}{unit}"
+        return (
+            f"{self.minimum:g}{unit} or more" if self.maximum == inf else f"{self.minimum:g} to {self.maximum:g}{unit}"
+        )
 
     def check(self, value: float) -> float:
         """`value` if it may stand in a model. Raises ModelError."""
         if value != self.neutral and not (isfinite(value) and self.minimum <= value <= self.maximum):
-            allowed = f"{self.minimum:g} to {self.maximum:g} {self.unit}, {self.neutral:g} = off"
+            unit = "" if self.unit == "-" else f" {self.unit}"
+            outside = not self.minimum <= self.neutral <= self.maximum or self.neutral == inf
+            allowed = self._allowed(unit) + (f", {self.neutral:g} for none" if outside else "")
             raise ModelError("value not allowed", key=self.name, found=f"{value:g}", allowed=allowed)
         return value
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -446,3 +447,21 @@ def test_sensors_around_a_box_see_its_motion_and_where_it_was_put(monkeypatch: p
     assert [bus["moved"] for bus in seen] == [0.0, 0.0, 1.0]
     assert [seen[2][name] for name in ("old_x", "old_y", "old_yaw")] == [70.0, 80.0, 90.0]
     assert seen[0]["old_x"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "allowed"),
+    [
+        (Key("v0", "m/s", 1.0, 6.0, neutral=2.0, least=0.5, minimum=0.2), 0.1, "allowed: 0.2 m/s or more)"),
+        (Key("g", "-", 0.7, 1.2, neutral=1.0, least=0.02, minimum=0.1, maximum=2.0), 3.0, "allowed: 0.1 to 2)"),
+        (Key("c", "-", 0.0, 1.0, neutral=0.0, least=0.1, maximum=1.0), 2.0, "allowed: up to 1)"),
+        (Key("limit", "rad", 0.1, 0.6, neutral=math.inf, least=0.1, minimum=0.0, maximum=1.5), -1.0,
+         "allowed: 0 to 1.5 rad, inf for none)"),
+    ],
+)  # fmt: skip
+def test_what_a_key_allows_is_said_with_its_unit_and_what_switches_it_off_if_that_lies_outside(
+    key: Key, value: float, allowed: str
+) -> None:
+    with pytest.raises(ModelError, match=re.escape(allowed)):
+        key.check(value)
+    assert key.check(key.neutral) == key.neutral
