@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.gap.diagnose.search import FAR, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 
 _BEGINNINGS = 2  # points of an effect's range from which a fit of it starts
@@ -21,6 +21,8 @@ def refined(search: Search, best: Trial, rivals: dict[str, tuple[str, ...]]) -> 
     alone = len(best.names) == 1 and not search.target.excused  # noise that holds a remainder hides what changes
     if not best.names or (alone and search.within_noise(best)):
         return best  # where two are named, they may stand for one that changes, and leave no more than noise
+    if search.bare and best.chi2 > FAR * search.count:
+        return best  # a hill that explained a drive of an SUV, with much else missing, was on no other drive
     start = best
     for refiner in search.refiners.values():
         for other in _with_refiner(search, start, refiner):

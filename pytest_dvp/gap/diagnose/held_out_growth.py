@@ -17,10 +17,11 @@ from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.held_out_choice import left_held_out
 from pytest_dvp.gap.diagnose.search import FAR, MOST, PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.usual_car import LARGEST
 
 SUSPECTS = 3  # effects that are tried in a turn, those of least use on held-out data first; chosen: each is a search
 TURNS = 4  # at most; chosen
-LARGEST = 20  # effects of a set while held-out data agree with each; chosen: each costs a search among all others
+OF_BARE = 2  # suspects, and turns, of a search that began with what nearly every car has: each takes half a minute
 LOSES = 0.01  # of what is left of held-out data; chosen: less is how well a fit ends
 MORE = 3  # effects in the place of one, however many there are: held-out data judge them; chosen
 
@@ -39,7 +40,7 @@ def grown_for_held_out(search: Search, found: SearchResult, judges: Sequence[Fol
     rivals = dict(found.rivals)
     final, gone = _larger(search, found.final, judges)
     left = left_held_out(search, final, judges)
-    for _ in range(TURNS):
+    for _ in range(OF_BARE if search.bare else TURNS):
         name, other = _better(search, final, judges, left, gone)
         if not name:
             break
@@ -81,7 +82,7 @@ def _better(
     worth = PRACTICAL * max(left, 1.0)
     without = sorted((left_held_out(search, search.without(final, name), judges), name) for name in final.names)
     best = left, "", final
-    for less, name in [pair for pair in without if pair[0] < left + worth][:SUSPECTS]:
+    for less, name in [pair for pair in without if pair[0] < left + worth][: OF_BARE if search.bare else SUSPECTS]:
         search.tick(f"held-out data need no {name}: chi²/N {left:.3g}")
         for other in _others(search, final, name, gone):
             held = left_held_out(search, other, judges)

@@ -3,12 +3,14 @@
 Far from the car, one wild part of a drive holds most of the error, and a value that explains it has a wide interval.
 Without the effect nearly all that was explained comes back: a motorhome came to 88 times the noise in place of 22 when
 the lag of its drive was taken out, and three more effects went with it. Data held out judge such an effect, and what is
-left over makes it provisional.
+left over makes it provisional. What nearly every car has stays as well where a search began with it.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
+
+from pytest_dvp.gap.diagnose.usual_car import USUAL
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.experiment import ExperimentSet
@@ -23,6 +25,7 @@ class Judging(Protocol):
 
     target: ExperimentSet
     count: int
+    bare: bool
 
     def is_credible(self, trial: Trial, name: str, *, certain: bool) -> bool:
         """True if its values mean something; `certain`: and are known."""
@@ -33,9 +36,9 @@ class Judging(Protocol):
         ...
 
 
-def carries(search: Judging, best: Trial, name: str, *, far: float) -> bool:
+def carries(search: Judging, best: Trial, name: str, far: float) -> bool:
     """True if much more is left without an effect whose value means something, and more than `far` [chi^2/N] is left
-    anyway of a model without a known remainder."""
-    if search.target.excused or best.chi2 <= far * search.count:
+    anyway of a model without a known remainder; or if a search began bare, and it is one that nearly every car has."""
+    if search.target.excused or best.chi2 <= far * search.count or not search.is_credible(best, name, certain=False):
         return False
-    return search.is_credible(best, name, certain=False) and search.without(best, name).chi2 > CARRIES * best.chi2
+    return (search.bare and name in USUAL) or search.without(best, name).chi2 > CARRIES * best.chi2

@@ -31,6 +31,7 @@ from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, sq
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.open_values import carries
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.usual_car import LARGEST, is_bare, usual_car
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 
@@ -96,6 +97,7 @@ class Search:
         self._near: dict[str, tuple[str, ...]] = {}
         self._given = 0.0  # chi^2 of the model as given, once the search runs
         self._way = ""  # from where effects are looked for, in the words of progress
+        self.bare = False  # whether it began with what nearly every car has
         self._late = True  # whether the keys are fitted that come late
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
@@ -112,7 +114,7 @@ class Search:
         best, rivals = self._contest(grown := self._risen(base, turns))
         contested = {frozenset(grown.names)}
         if self.cost(best) > MISFIT * self.count:
-            turns = late_pair(self, base) + turns
+            turns = [] if self.bare else late_pair(self, base) + turns
         for number, turn in enumerate(sorted(turns, key=self.cost)[:_RETURNS], 1):
             if self.cost(best) < MISFIT * self.count or self._is_matched(base, best):
                 break
@@ -140,14 +142,6 @@ class Search:
         self.target.settle(best.values)
         return SearchResult(best, rivals, self._hidden())
 
-    def climb(self) -> Iterator[Trial]:
-        """The sets of a search's first rise, each with one more effect than the one before: for who may stop early."""
-        now = self.trial((), self.start)
-        while paying := self.paying(now):
-            self.target.settle(paying[0].values)
-            now = self.trial(paying[0].names, paying[0].values, like=paying[0])
-            yield now
-
     def _is_matched(self, base: Trial, best: Trial) -> bool:
         """True if a set of many effects explains nearly all: another order of them leads to much the same."""
         left, was = best.chi2 - self.count, base.chi2 - self.count
@@ -157,9 +151,13 @@ class Search:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
 
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
-        """The set grown, first without the keys that come late: far from the car they take what others are missing."""
+        """The set grown, first without the keys that come late: far from the car they take what others are missing.
+        From a bare data sheet, what nearly every car has comes at once."""
         self._late = False
-        now = self.grown(now, turns)
+        now = self.grown(now, turns, until=lambda one: is_bare(self, one))
+        if is_bare(self, now):
+            self.bare = True
+            now = self.grown(usual_car(self), [])
         self._late = True
         self.target.settle(now.values)
         now = self.grown(self.trial(now.names, now.values), [])
@@ -171,13 +169,14 @@ class Search:
         whole = whole_actuators(self, now) if self.misfit(now) else iter(())
         return next((trial for trial in whole if self.is_worth_adding(now, trial)), now)
 
-    def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = (), most: int = MOST) -> Trial:
+    def grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = (), most: int = 0,
+              until: Callable[[Trial], bool] = lambda now: False) -> Trial:  # fmt: skip
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
-        effects that are not tried; most: effects of a set."""
-        while True:
+        effects that are not tried; most: effects of a set, 0 for the usual number; until: ends it earlier."""
+        while not until(now):
             left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
             self.tick(f"{self._way}effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
-            paying = self.paying(now, barred, most)
+            paying = self.paying(now, barred, most or (LARGEST if self.bare else MOST))
             if not paying:
                 break
             turns += paying[1:2]
@@ -329,9 +328,10 @@ class Search:
         )
 
     def is_credible(self, trial: Trial, name: str, target: ExperimentSet | None = None, certain: bool = True) -> bool:
-        """True if an effect's values mean something: above the least size, certain if asked, and not at an end."""
+        """True if an effect's values mean something: above the least size and not at an end; if asked, certain as well,
+        and with no value at an end of those that say how it acts, either."""
         mine = [c for c in trial.fit.coordinates if c.effect == name]
-        if any(c.is_at_limit(trial.values[c.name]) for c in mine):
+        if any(c.is_at_limit(trial.values[c.name]) for c in (mine if certain else sizes(mine))):
             return False
         sure = intervals(without_finer(trial.fit, name), target.starts() if target else self.starts)
         if certain and not any(is_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
@@ -476,7 +476,7 @@ class Search:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
         less = self._drop_implausible(best)
-        if not self.misfit(less):
+        if not self.misfit(less) or self.bare:  # held-out data say what may come in their place
             return less
         other = self._drop_implausible(best, refill=True)
         if other.chi2 - best.chi2 < MAX_UNRECOVERED_SHARE * (less.chi2 - best.chi2):
@@ -490,7 +490,7 @@ class Search:
         barred: list[str] = []
         while True:
             best = self.pruned(best)
-            vague = [n for n in best.names if not (self.is_credible(best, n) or carries(self, best, n, far=FAR))]
+            vague = [n for n in best.names if not (self.is_credible(best, n) or carries(self, best, n, FAR))]
             if not vague:
                 return best
             barred.append(vague[-1])

@@ -68,7 +68,7 @@ def known_rivals(
     calibrated = plain.trial(free, neutral | given)
     yield rival(f"the model with its calibration fitted again ({', '.join(free)})", calibrated, plain)
     tick("rivals: the catalogue")
-    for trial in search.climb():
+    for trial in _climb(search):
         yield rival(_named(trial), trial)
     best = search.run().final
     if best.names:
@@ -86,6 +86,15 @@ def _from_nothing(candidate: Candidate) -> Candidate:
             for c in candidate.coordinates
         ),
     )  # fmt: skip
+
+
+def _climb(search: Search) -> Iterator[Trial]:
+    """The sets of a search's first rise, each with one more effect than the one before; the caller may stop early."""
+    now = search.trial((), search.start)
+    while paying := search.paying(now):
+        search.target.settle(paying[0].values)
+        now = search.trial(paying[0].names, paying[0].values, like=paying[0])
+        yield now
 
 
 def _named(trial: Trial) -> str:

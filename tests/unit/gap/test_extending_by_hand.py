@@ -295,7 +295,7 @@ def test_a_set_rises_first_without_what_comes_late_and_then_with_it(
     search = a_search(World({}), "drive_gain")
     seen: list[tuple[str, bool, tuple[str, ...]]] = []
 
-    def grown(self: Any, now: Any, turns: Any, barred: Any = ()) -> Any:
+    def grown(self: Any, now: Any, turns: Any, barred: Any = (), most: int = 0, until: Any = None) -> Any:
         seen.append(("grown", self._late, now.names))
         return dataclasses.replace(now, names=(*now.names, f"g{len(seen)}"))
 

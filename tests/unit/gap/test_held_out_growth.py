@@ -20,6 +20,8 @@ BAND, HILL, TRUE = "pedal_deadband", "road_profile", "rolling_resistance"
 class Sets(HeldOutSets):
     """Without an effect, what `next_to` tells of the rest pays, unless it is barred."""
 
+    bare = False
+
     def __init__(self, held: dict[str, float], next_to: dict[str, str], **more: Any) -> None:
         super().__init__(held, **more)
         self.next_to = next_to

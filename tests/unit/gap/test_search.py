@@ -130,9 +130,9 @@ def test_another_effect_takes_the_place_of_one_whose_value_means_nothing() -> No
 
 def test_far_from_the_car_an_effect_is_added_though_one_segment_alone_shows_it() -> None:
     """The car turns once: of a single segment no interval is known, and the search had ended at chi2/N 100."""
-    *_, last = search(experiment_set({"drive": drive(20.0, steer_ratio=0.6, drive_gain=0.5)}, baseline()),
-                      "steer_ratio", "drive_gain", "understeer").climb()  # fmt: skip
-    assert set(last.names) == {"steer_ratio", "drive_gain"}
+    s = search(experiment_set({"drive": drive(20.0, steer_ratio=0.6, drive_gain=0.5)}, baseline()),
+               "steer_ratio", "drive_gain", "understeer")  # fmt: skip
+    assert set(s.grown(s.trial((), s.start), []).names) == {"steer_ratio", "drive_gain"}
 
 
 def test_what_does_not_pay_is_pruned() -> None:

@@ -23,6 +23,7 @@ from pytest_dvp.gap.diagnose.residual_recurrence import _comes_back, at_speed, o
 from pytest_dvp.gap.diagnose.residual_spectrum import _peak, _vertex, peaks
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
+from pytest_dvp.gap.discover.known_rivals import _climb
 from tests.unit.gap.linear_world import SettledSearch, World, a_search, a_trial
 
 # --- the search
@@ -54,7 +55,7 @@ def test_each_set_of_a_climb_begins_where_the_one_before_ended(monkeypatch: pyte
 
     monkeypatch.setattr(search, "paying", lambda now: next(rounds))
     monkeypatch.setattr(search, "trial", trial)
-    assert list(search.climb()) == [first, second]
+    assert list(_climb(search)) == [first, second]
     assert asked == [((), None), (("mass",), first), (("mass",), second)]
     asked.clear()
     rounds = iter([[first, other], [second], []])

@@ -1,0 +1,108 @@
+"""What nearly every car has, all at once: the beginning of a search where a model is a bare data sheet.
+
+Step by step, far from the car, an effect is named for what several others do together, and is hard to get rid of: an
+SUV was given a stronger drive, brakes that fade and a drag in the place of a larger mass, a converter that creeps and
+the drag of its engine. Fitted all at once, from values that cars have, these find their own shares in seconds; what a
+car does not need is taken out again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
+
+if TYPE_CHECKING:
+    from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+    from pytest_dvp.gap.diagnose.trial import Trial
+
+USUAL: Mapping[str, Mapping[str, float]] = {
+    "steer_ratio": {"g": 1.0},
+    "steer_offset": {"offset": 0.0},
+    "steer_delay": {"T": 0.05},
+    "steer_lag": {"tau": 0.1},
+    "steer_rate_limit": {"limit": 0.5},
+    "steer_backlash": {"half_width": 0.002},
+    "understeer": {"K": 0.002},
+    "body_roll": {"gain": 0.05},
+    "mass": {"ratio": 1.0},
+    "drive_gain": {"g": 1.0},
+    "brake_gain": {"g": 1.0},
+    "drive_delay": {"T": 0.05},
+    "drive_lag": {"tau": 0.1},
+    "brake_lag": {"tau": 0.08},
+    "rolling_resistance": {"c": 0.1},
+    "aero_drag": {"k": 0.0004},
+    "lift_off_braking": {"a": 0.2},
+    "gear_inertia": {"share": 0.1},
+    "creep": {"a": 0.2},
+}
+"""Effects that nearly every car shows in half a minute of traffic, with values from which a fit may begin; what is not
+told here begins at its neutral value. Chosen at once, not tuned to a car."""
+_FEW = 4  # effects, after which a search of one by one is left where this much is still there:
+BARE = 20.0  # times the noise
+LARGEST = 20  # effects of a set that begins so, or that held-out data agree with; chosen
+_NEEDED = 3  # effects, the least needed ones, that all pay: then the others do
+_TIMES = 3  # that the set is fitted, each with the segments begun anew
+
+
+class Fitting(Protocol):
+    """What a search can do with a set of effects: fit it, and judge it; see `pytest_dvp.gap.diagnose.search.Search`."""
+
+    target: ExperimentSet
+    count: int
+    start: dict[tuple[str, str], float]
+    tick: Callable[[str], None]
+
+    @property
+    def tried(self) -> Mapping[str, Candidate]:
+        """What is tried, by name."""
+        ...
+
+    def trial(self, names: Sequence[str], start: Values, *, like: Trial | None = None) -> Trial:
+        """The set fitted."""
+        ...
+
+    def is_worth_adding(self, without: Trial, with_it: Trial) -> bool:
+        """True if the step to the other set is worth an effect."""
+        ...
+
+
+def is_bare(search: Fitting, now: Trial) -> bool:
+    """True if a few effects left so much that the model is a bare data sheet."""
+    return not search.target.excused and len(now.names) >= _FEW and now.chi2 > BARE * search.count
+
+
+def usual_car(search: Fitting) -> Trial:
+    """The set of what nearly every car has, fitted, without what is not worth an effect on this one."""
+    names = [name for name in USUAL if name in search.tried]
+    begin = {c.name: USUAL[name].get(c.key.name, c.key.neutral)
+             for name in names for c in search.tried[name].coordinates}  # fmt: skip
+    search.tick(f"what nearly every car has, {len(names)} effects at once")
+    now = search.trial(names, search.start | begin)
+    for _ in range(_TIMES):
+        search.target.settle(now.values)
+        now = search.trial(now.names, now.values, like=now)
+    kept: list[str] = []
+    while len(kept) < _NEEDED and (least := [n for n in _least_needed(search, now) if n not in kept]):
+        search.tick(f"what nearly every car has: without {least[0]}; chi²/N {now.chi2 / search.count:.3g}")
+        less = search.trial([n for n in now.names if n != least[0]], now.values, like=now)
+        if search.is_worth_adding(less, now):
+            kept.append(least[0])
+        else:
+            now, kept = less, []
+    search.target.settle(now.values)
+    return search.trial(now.names, now.values, like=now)
+
+
+def _least_needed(search: Fitting, now: Trial) -> list[str]:
+    """The effects, first those without which least would be left, the others adapting to first order."""
+    left, fit = {}, now.fit
+    for name in now.names:
+        mine = [c for c in fit.coordinates if c.effect == name]
+        off = search.target.whitened(now.values | {c.name: c.key.neutral for c in mine})
+        basis = orthonormal(fit.jacobian[[k for k, c in enumerate(fit.coordinates) if c.effect != name]])
+        left[name] = square(off) - square(row_products(basis, off))
+    return sorted(left, key=lambda name: left[name])
