@@ -70,7 +70,8 @@ def diagnose(
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
-    search, found, removed, instead = searched(SearchSpace(target, tried, refiners, nuisance, start, tick), model)
+    space = SearchSpace(target, tried, refiners, nuisance, start, tick, apart=bool(held_out))
+    search, found, removed, instead = searched(space, model)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges, chose = judged(

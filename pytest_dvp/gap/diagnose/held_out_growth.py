@@ -21,6 +21,7 @@ from pytest_dvp.gap.diagnose.usual_car import LARGEST
 
 SUSPECTS = 3  # effects that are tried in a turn, those of least use on held-out data first; chosen: each is a search
 TURNS = 4  # at most; chosen
+OF_PAYING = 3  # effects that pay, of which held-out data choose the next one beside what nearly every car has
 OF_BARE = 2  # suspects, and turns, of a search that began with what nearly every car has: each takes half a minute
 LOSES = 0.01  # of what is left of held-out data; chosen: less is how well a fit ends
 MORE = 3  # effects in the place of one, however many there are: held-out data judge them; chosen
@@ -63,10 +64,12 @@ def _larger(search: Search, final: Trial, judges: Sequence[Fold]) -> tuple[Trial
         paying = search.paying(final, barred, LARGEST)
         if not paying:
             break
-        best = paying[0]
+        few = paying[: OF_PAYING if search.bare else 1]
+        held, k = min((left_held_out(search, trial, judges), k) for k, trial in enumerate(few))
+        best = few[k]
         search.tick(f"held-out data on {best.names[-1]}, effect {len(best.names)}: chi²/N {left:.3g}")
-        if left_held_out(search, best, judges) > (1.0 + LOSES) * left:
-            barred.append(best.names[-1])
+        if held > (1.0 + LOSES) * left:
+            barred += [trial.names[-1] for trial in few]
             continue
         search.target.settle(best.values)
         final = search.trial(best.names, best.values, like=best)

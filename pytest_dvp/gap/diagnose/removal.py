@@ -27,7 +27,8 @@ EXCUSED_REMOVAL = 0.2  # of max(1, chi^2/N), that a twin with a known remainder 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SearchSpace:
-    """What is searched, by `Search`, whatever effects of the model are taken out before."""
+    """What is searched, by `Search`, whatever effects of the model are taken out before. apart: drives of their own are
+    held out."""
 
     target: ExperimentSet
     tried: Sequence[Candidate]
@@ -35,11 +36,13 @@ class SearchSpace:
     nuisance: Sequence[Coordinate]
     start: Values
     tick: Tick
+    apart: bool = False
 
     def run(self, fixed: Values) -> tuple[Search, SearchResult]:
         """The search with the values `fixed`, and what it found, with effects that change while driving."""
         search = Search(self.target, self.tried, nuisance=self.nuisance, start=self.start, fixed=fixed,
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
+        search.apart = self.apart
         found = search.run()
         if self.target.excused and not found.final.names and (hidden := quiet(search, found.final)):
             found = dataclasses.replace(found, final=hidden)

@@ -30,8 +30,9 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.open_values import carries
+from pytest_dvp.gap.diagnose.simpler_effects import is_simpler, simplified
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.diagnose.usual_car import LARGEST, is_bare, usual_car
+from pytest_dvp.gap.diagnose.usual_car import LARGEST, USUAL, is_bare, usual_car
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 
@@ -98,6 +99,7 @@ class Search:
         self._given = 0.0  # chi^2 of the model as given, once the search runs
         self._way = ""  # from where effects are looked for, in the words of progress
         self.bare = False  # whether it began with what nearly every car has
+        self.apart = False  # whether drives of their own are held out, which then say what comes beside that
         self._late = True  # whether the keys are fitted that come late
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
@@ -131,7 +133,7 @@ class Search:
         self.target.settle(best.values)
         whole = self._whole_actuator(best)
         if whole is not best or frozenset(best.names) not in contested:  # in the place of others it may let more show
-            best = self.grown(whole, [])
+            best = whole if self.bare and self.apart else self.grown(whole, [])
         best = self.credible_set(self.trial(best.names, best.values, zoom=True, like=best))
         best = usual_set(
             best,
@@ -157,9 +159,12 @@ class Search:
         now = self.grown(now, turns, until=lambda one: is_bare(self, one))
         if is_bare(self, now):
             self.bare = True
-            now = self.grown(usual_car(self), [])
+            now = usual_car(self)
+            now = now if self.apart else self.grown(now, [])
         self._late = True
         self.target.settle(now.values)
+        if self.bare and self.apart:
+            return self.trial(now.names, now.values)
         now = self.grown(self.trial(now.names, now.values), [])
         whole = self._whole_actuator(now)
         return now if whole is now else self.grown(whole, [])
@@ -342,15 +347,20 @@ class Search:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
         rivals: dict[str, tuple[str, ...]] = {}
         for _ in range(_EXCHANGES):
-            best = self._simplified(self.pruned(best))
+            best = simplified(self, self.pruned(best), PRACTICAL)
             rivals, exchanged = {}, None
             self._roughly_without_each(best)
             least_needed_first = sorted(best.names, key=lambda n: self._roughly_without(best, n).chi2)
             for k, name in enumerate(least_needed_first):
                 self.tick(f"rivals of {name}, {k + 1} of {len(best.names)}; chi²/N {best.chi2 / self.count:.3g}")
                 trials = self.in_place_of(best, name)
-                sound = [t for t in trials if self.is_credible(t, t.names[-1]) and not self._simpler(name, best, t)]
-                if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
+                sound = [
+                    t
+                    for t in trials
+                    if self.is_credible(t, t.names[-1]) and not is_simpler(self, name, best, t, PRACTICAL)
+                ]
+                stays = self.bare and self.apart  # for held-out drives choose between rivals
+                if sound and not stays and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = sound[0]
                     break
                 rivals[name] = tuple(
@@ -395,25 +405,6 @@ class Search:
         """The simpler effect that this one can do exactly, "" if there is none."""
         return self.known[name].effect.diagnosed.contains
 
-    def _simplified(self, best: Trial) -> Trial:
-        """The set with the simpler one of two effects of which one contains the other, where that one does as well."""
-        for name in best.names:
-            simple = self.contained(name)
-            if simple in self.tried and simple not in best.names:
-                rest = tuple(n for n in best.names if n != name)
-                point = min(
-                    (self.trial((*rest, simple), best.values | p, like=best) for p in self.tried[simple].coarse),
-                    key=self.cost,
-                )
-                if self._simpler(simple, point, best):
-                    best = point
-        return best
-
-    def _simpler(self, name: str, best: Trial, other: Trial) -> bool:
-        """True if the other set only has, in place of an effect, one that contains it, and is hardly better."""
-        contains = any(self.contained(n) == name for n in set(other.names) - set(best.names))
-        return contains and best.chi2 - other.chi2 < PRACTICAL * max(self.count, other.chi2)
-
     def without(self, best: Trial, name: str) -> Trial:
         """The set without one effect, fitted anew; remembered while the set is the same."""
         self._remember(best)
@@ -453,10 +444,16 @@ class Search:
         while len(best.names) > 1:
             self._roughly_without_each(best)
             least_lost = min((self._roughly_without(best, name) for name in best.names), key=self.cost)
-            if self.is_worth_adding(least_lost, best) and not self.within_noise(least_lost):
+            if self.pays(least_lost, best) and not self.within_noise(least_lost):
                 return best
             best = least_lost
         return best
+
+    def pays(self, less: Trial, best: Trial) -> bool:
+        """True if an effect is worth its place; of what nearly every car has, far from the noise, if it pays its price:
+        a drive that does not ask for it is not all drives."""
+        usual = self.bare and best.chi2 > FAR * self.count and {*best.names} - {*less.names} <= {*USUAL}
+        return self.cost(less) > self.cost(best) if usual else self.is_worth_adding(less, best)
 
     def _plainer(self, best: Trial, name: str) -> Trial:
         """The set with the plainer form of an effect in its place, or without it where it has none: how far a body

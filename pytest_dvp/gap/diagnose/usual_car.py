@@ -43,7 +43,7 @@ USUAL: Mapping[str, Mapping[str, float]] = {
 told here begins at its neutral value. Chosen at once, not tuned to a car."""
 _FEW = 4  # effects, after which a search of one by one is left where this much is still there:
 BARE = 20.0  # times the noise
-LARGEST = 20  # effects of a set that begins so, or that held-out data agree with; chosen
+LARGEST = 24  # effects of a set that begins so, or that held-out data agree with; chosen
 _NEEDED = 3  # effects, the least needed ones, that all pay: then the others do
 _TIMES = 3  # that the set is fitted, each with the segments begun anew
 
@@ -65,8 +65,8 @@ class Fitting(Protocol):
         """The set fitted."""
         ...
 
-    def is_worth_adding(self, without: Trial, with_it: Trial) -> bool:
-        """True if the step to the other set is worth an effect."""
+    def pays(self, less: Trial, best: Trial) -> bool:
+        """True if an effect is worth its place in the set."""
         ...
 
 
@@ -89,7 +89,7 @@ def usual_car(search: Fitting) -> Trial:
     while len(kept) < _NEEDED and (least := [n for n in _least_needed(search, now) if n not in kept]):
         search.tick(f"what nearly every car has: without {least[0]}; chi²/N {now.chi2 / search.count:.3g}")
         less = search.trial([n for n in now.names if n != least[0]], now.values, like=now)
-        if search.is_worth_adding(less, now):
+        if search.pays(less, now):
             kept.append(least[0])
         else:
             now, kept = less, []

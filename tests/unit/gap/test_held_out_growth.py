@@ -169,6 +169,15 @@ def test_what_held_out_data_refuse_leaves_the_place_to_the_next_one() -> None:
     assert after(search, [BAND]).final.names == (BAND, TRUE)
 
 
+@pytest.mark.parametrize("bare", [False, True])
+def test_beside_what_nearly_every_car_has_held_out_data_choose_the_next_effect(bare: bool) -> None:
+    held = {BAND: 10.0, f"{BAND} {HILL}": 9.95, f"{BAND} {TRUE}": 8.0, f"{BAND} {HILL} {TRUE}": 7.9}
+    search = Sets(held, {})
+    search.bare = bare
+    search.offers = (HILL, TRUE)
+    assert after(search, [BAND]).final.names == ((BAND, TRUE, HILL) if bare else (BAND, HILL, TRUE))
+
+
 def test_it_ends_near_the_noise_and_with_as_many_effects_as_one_can_look_at() -> None:
     names = [f"effect_{k}" for k in range(2 * LARGEST)]
     search = Sets({}, {})

@@ -17,7 +17,8 @@ from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair
-from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
+from pytest_dvp.gap.diagnose.simpler_effects import simplified
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import NOISE, ROWS, World, a_search, direction, tried
 from vehicle.model.effect import Key
@@ -411,10 +412,10 @@ def test_a_simpler_effect_takes_the_place_of_one_that_contains_it_if_it_does_as_
     for more, name in ((40.0, "steer_ratio"), (60.0, "steer_asymmetry")):
         leaves = {"steer_asymmetry": 1000.0, "steer_ratio": 1000.0 + more, "": 3000.0}
         search = given(leaves, "steer_asymmetry", "steer_ratio")
-        assert search._simplified(search.trial(("steer_asymmetry",), {})).names == (name,)
+        assert simplified(search, search.trial(("steer_asymmetry",), {}), PRACTICAL).names == (name,)
     both = given({"steer_asymmetry steer_ratio": 1000.0}, "steer_asymmetry", "steer_ratio")
     start = both.trial(("steer_asymmetry", "steer_ratio"), {})
-    assert both._simplified(start) is start
+    assert simplified(both, start, PRACTICAL) is start
 
 
 def test_effects_whose_values_mean_nothing_go_the_last_named_first() -> None:

@@ -15,7 +15,8 @@ import pytest
 
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
-from pytest_dvp.gap.diagnose.search import Ranked, Search
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Ranked, Search
+from pytest_dvp.gap.diagnose.simpler_effects import is_simpler
 from pytest_dvp.gap.diagnose.trial import Trial
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
@@ -171,7 +172,7 @@ def test_nothing_is_looked_for_below_the_noise_of_every_channel(worst: float, no
 def test_an_asymmetry_must_gain_what_an_effect_is_worth_over_a_ratio(gain: float, ratio_wins: bool) -> None:
     s = search("steer_asymmetry", "steer_ratio")
     ratio, sides = left(1000.0, "steer_ratio"), left(1000.0 - gain, "steer_asymmetry")
-    assert s._simpler("steer_ratio", ratio, sides) is ratio_wins
+    assert is_simpler(s, "steer_ratio", ratio, sides, PRACTICAL) is ratio_wins
 
 
 class Ordered(Search):

@@ -73,7 +73,7 @@ def test_a_few_effects_that_leave_much_say_that_the_model_is_bare(
 @pytest.mark.parametrize("left", [19.0, 21.0])
 def test_a_bare_model_begins_anew_and_may_have_more_effects(left: float, monkeypatch: pytest.MonkeyPatch) -> None:
     search = object.__new__(Search)
-    search.bare, search._late, search.count = False, True, 10
+    search.bare, search.apart, search._late, search.count = False, False, True, 10
     search.target = SimpleNamespace(excused=False, settle=lambda values: None)  # type: ignore[assignment]
     few = SimpleNamespace(names=("a", "b", "c", "d"), values={}, chi2=10.0 * left)
     usual = SimpleNamespace(names=("u",), values={}, chi2=10.0)
@@ -92,3 +92,35 @@ def test_a_bare_model_begins_anew_and_may_have_more_effects(left: float, monkeyp
         assert (found.names, grown) == (few.names, [((), False, False), (few.names, False, True)])
     else:
         assert (found.names, grown) == (("u",), [((), False, False), (("u",), True, False), (("u",), True, True)])
+
+
+def test_where_drives_are_held_out_nothing_is_added_by_the_fitted_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = object.__new__(Search)
+    search.bare, search.apart, search._late, search.count = False, True, True, 10
+    search.target = SimpleNamespace(excused=False, settle=lambda values: None)  # type: ignore[assignment]
+    few = SimpleNamespace(names=("a", "b", "c", "d"), values={}, chi2=900.0)
+    usual = SimpleNamespace(names=("u",), values={}, chi2=90.0)
+    grown: list[Any] = []
+    monkeypatch.setattr(module, "usual_car", lambda one: usual)
+    monkeypatch.setattr(search, "grown", lambda now, *more, **keys: grown.append(now) or few)
+    monkeypatch.setattr(search, "trial", lambda names, values: SimpleNamespace(names=names, late=search._late))
+    found: Any = search._risen(SimpleNamespace(names=()), [])  # type: ignore[arg-type]
+    assert (found.names, found.late, len(grown)) == (("u",), True, 1)
+
+
+@pytest.mark.parametrize(
+    ("bare", "left", "gone", "pays"),
+    [(True, 3.0, "mass", True), (True, 1.9, "mass", False), (False, 3.0, "mass", False), (True, 3.0, "roll", False)],
+)
+def test_far_from_the_noise_what_is_usual_needs_to_pay_its_price_only(
+    bare: bool, left: float, gone: str, pays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = object.__new__(Search)
+    search.bare, search.count = bare, 10
+    monkeypatch.setattr(search, "cost", lambda trial: trial.chi2)
+    monkeypatch.setattr(search, "is_worth_adding", lambda less, best: False)
+    best = SimpleNamespace(names=("drive_lag", gone), chi2=10.0 * left)
+    less = SimpleNamespace(names=("drive_lag",), chi2=10.1 * left)
+    assert search.pays(less, best) is pays  # type: ignore[arg-type]
+    less.chi2 = 9.9 * left
+    assert not search.pays(less, best)  # type: ignore[arg-type]
