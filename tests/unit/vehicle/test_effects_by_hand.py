@@ -173,9 +173,6 @@ BRAKED = {"accel": -4.0, "accel_lead": 0.4, "settle": 0.0, "vx": -3.0, "dt": 1.0
 LOOP = {"kp_drive": 0.5, "ki_drive": 0.1, "kp_brake": 0.2, "ki_brake": 0.3}
 RELEASE = {"a": 0.5, "rise": 0.02, "fade": 5.0, "lag": 0.0, "braking": 0.25, "drive": 0.0, "blend": 0.0}
 ROLLS = {"accel": 0.0, "accel_lead": 0.0, "vx": 20.0, "resistance": 1.0, "mass_ref": 1000.0, "dt": 0.1}
-SHIFTS = {"T": 0.4, "v1": 3.0, "step": 1.8, "demand": 0.1, "cut": 0.8}
-DRIVES = {"t": 7.0, "t_start": 0.0, "settle": 0.0, "dt": 0.1, "accel_lead": 0.0}
-IDLES = {"a": 0.6, "v0": 3.0, "braking": 0.5}
 STICKS = {"vx": 0.0, "settle": 0.0, "steer_glides": 0.0, "steer_lead": 0.0}
 HELD = {"stood": 1.0, "stuck": 1.0, "d": 0.0}
 
@@ -258,33 +255,6 @@ LASTING: tuple[Remembered, ...] = (
      {"resistance": 526.0, "accel": 0.15}, {"a": 0.525}),  # a quarter of the way to the pedal's 0.45 m/s^2
     ("lift_off_braking", {**RELEASE, "blend": 0.4}, {**ROLLS, "accel": 0.45}, {"a": 0.0}, {"resistance": 1.0}, {}),
     ("lift_off_braking", {**RELEASE, "blend": 0.4}, {**ROLLS, "accel": 0.04}, {"a": 0.0}, {"resistance": 701.0}, {}),
-    # an idling gearbox: 0.6 m/s^2 at standstill, nothing at 3 m/s, so 0.4 at 1 m/s
-    ("creep", IDLES, {"vx": 1.0, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.4, "accel_lead": 0.0}, {}),
-    ("creep", IDLES, {"vx": 1.0, "accel": 0.3, "accel_lead": 0.2}, {}, {"accel": 0.4, "accel_lead": 0.1}, {}),
-    ("creep", IDLES, {"vx": 1.0, "accel": 0.5, "accel_lead": 0.0}, {}, {"accel": 0.5, "accel_lead": 0.0}, {}),
-    ("creep", IDLES, {"vx": 1.0, "accel": -1.0, "accel_lead": -0.5}, {}, {"accel": -0.8, "accel_lead": -0.5}, {}),
-    ("creep", IDLES, {"vx": 3.5, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.0, "accel_lead": 0.0}, {}),
-    # a gearbox: up above 3 m/s at 1 m/s^2, a tenth later with each m/s^2 more, then above 1.8 and 1.8/1.1 times that
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 3.2, "accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0, "left": 0.0},
-     {"accel": 1.2, "accel_lead": 0.6}, {"gear": 1.0, "left": 0.35}),  # 3.3 m/s are passed in the middle of the step
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 3.09, "accel": 2.0}, {"gear": 0.0, "left": 0.0}, {"accel": 2.0},
-     {"gear": 0.0, "left": 0.0}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.95, "accel": 0.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.0},
-     {"gear": 2.0, "left": 0.3}),  # above 5.4 less a tenth, since the pedal was released
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 8.0, "accel": 0.0}, {"gear": 2.0, "left": 0.0}, {}, {"gear": 3.0}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 7.9, "accel": 0.0}, {"gear": 2.0, "left": 0.0}, {}, {"gear": 2.0}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": 1.0}, {"gear": 1.0, "left": 0.04}, {"accel": 0.68},
-     {"gear": 1.0, "left": 0.0}),  # 0.8 of the drive missing for 0.4 of the step
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": -1.0}, {"gear": 1.0, "left": 0.4}, {"accel": -1.0},
-     {"left": 0.3}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.75, "accel": 1.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.2},
-     {"gear": 0.0, "left": 0.3}),  # back below 0.65 of 2.7, the change up without demand
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.76, "accel": 1.0}, {"gear": 1.0, "left": 0.0}, {"accel": 1.0},
-     {"gear": 1.0}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 9.5, "accel": 0.5, "settle": 1.0}, {"gear": 0.0, "left": 0.0},
-     {"accel": 0.5}, {"gear": 3.0, "left": 0.0}),  # a log begins in its gear
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 9.5, "accel": 0.5, "t": 0.0}, {"gear": 0.0, "left": 0.0},
-     {"accel": 0.5}, {"gear": 3.0, "left": 0.0}),
     # steering
     ("steer_lag", {"tau": 0.1}, {"steer": 0.4, "steer_lead": 0.0, "dt": 0.1, "steer_glides": 0.0}, {"d": 0.2},
      {"steer": 0.2 + 0.2 * LEFT, "steer_lead": -0.2 * LEFT, "steer_glides": 1.0}, {"d": 0.4 - 0.2 * LEFT}),
