@@ -9,46 +9,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point
+from pytest_dvp.gap.diagnose.fitting import Fitting
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+    from pytest_dvp.gap.diagnose.experiment import ExperimentSet
     from pytest_dvp.gap.diagnose.trial import Trial
 
 _FITTED = 3  # pairs, the best to first order
 LARGEST = 1.25  # times the change of a point, to which a first order is followed
 _ALIKE = 1e-3  # of a change, that must stand beside the other one
-
-
-class Fitting(Protocol):
-    """What a search can do with a set of effects: fit it, and judge it; see `pytest_dvp.gap.diagnose.search.Search`."""
-
-    target: ExperimentSet
-
-    @property
-    def tried(self) -> Mapping[str, Candidate]:
-        """What is tried, by name."""
-        ...
-
-    def trial(self, names: Sequence[str], start: Values, *, like: Trial | None = None) -> Trial:
-        """The set fitted."""
-        ...
-
-    def cost(self, trial: Trial) -> float:
-        """chi^2 and a price for each parameter."""
-        ...
-
-    def is_worth_adding(self, without: Trial, with_it: Trial) -> bool:
-        """True if the step to the other set is worth an effect."""
-        ...
-
-    def is_credible(self, trial: Trial, name: str) -> bool:
-        """True if the effect's values mean something."""
-        ...
 
 
 def masked_pair(search: Fitting, now: Trial) -> list[Trial]:

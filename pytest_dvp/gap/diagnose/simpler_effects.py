@@ -2,37 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
-from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.fitting import Fitting
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.diagnose.experiment import Values
     from pytest_dvp.gap.diagnose.trial import Trial
-
-
-class Fitting(Protocol):
-    """What a search can do with a set of effects; see `pytest_dvp.gap.diagnose.search.Search`."""
-
-    count: int
-
-    @property
-    def tried(self) -> Mapping[str, Candidate]:
-        """What is tried, by name."""
-        ...
-
-    def trial(self, names: Sequence[str], start: Values, *, like: Trial | None = None) -> Trial:
-        """The set fitted."""
-        ...
-
-    def cost(self, trial: Trial) -> float:
-        """chi^2 and a price for each parameter."""
-        ...
-
-    def contained(self, name: str) -> str:
-        """The simpler effect that this one can do exactly, "" if there is none."""
-        ...
 
 
 def simplified(search: Fitting, best: Trial, little: float) -> Trial:

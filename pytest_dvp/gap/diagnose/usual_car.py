@@ -8,14 +8,13 @@ car does not need is taken out again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.fitting import Fitting
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
     from pytest_dvp.gap.diagnose.trial import Trial
 
 USUAL: Mapping[str, Mapping[str, float]] = {
@@ -46,28 +45,6 @@ BARE = 20.0  # times the noise
 LARGEST = 24  # effects of a set that begins so, or that held-out data agree with; chosen
 _NEEDED = 3  # effects, the least needed ones, that all pay: then the others do
 _TIMES = 3  # that the set is fitted, each with the segments begun anew
-
-
-class Fitting(Protocol):
-    """What a search can do with a set of effects: fit it, and judge it; see `pytest_dvp.gap.diagnose.search.Search`."""
-
-    target: ExperimentSet
-    count: int
-    start: dict[tuple[str, str], float]
-    tick: Callable[[str], None]
-
-    @property
-    def tried(self) -> Mapping[str, Candidate]:
-        """What is tried, by name."""
-        ...
-
-    def trial(self, names: Sequence[str], start: Values, *, like: Trial | None = None) -> Trial:
-        """The set fitted."""
-        ...
-
-    def pays(self, less: Trial, best: Trial) -> bool:
-        """True if an effect is worth its place in the set."""
-        ...
 
 
 def is_bare(search: Fitting, now: Trial) -> bool:

@@ -10,8 +10,8 @@ import itertools
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from pytest_dvp.gap.diagnose.fitting import Fitting
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.masked_pairs import Fitting
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.experiment import Values
