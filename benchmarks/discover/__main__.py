@@ -100,6 +100,13 @@ def keys(laws: int, nulls: int) -> list[str]:
     return [*(f"{NAMES[k % len(NAMES)]}/{k}" for k in range(laws)), *own, *other]
 
 
+def _hex(text: str) -> str:
+    """The text, if it is a number in hexadecimal digits. Raises argparse.ArgumentTypeError."""
+    if not text or set(text.lower()) - set("0123456789abcdef"):
+        raise argparse.ArgumentTypeError(f"must be hexadecimal digits, such as fa07879d (found {text!r})")
+    return text
+
+
 def table(lines: list[dict[str, Any]], seed: str) -> str:
     """The page's table and figures."""
     laws = [line for line in lines if line["true"] and line["error"]["fit"]["before"] >= VISIBLE]
@@ -146,7 +153,9 @@ def _is_true(line: dict[str, Any]) -> bool:
 def main() -> int:
     """Returns 0: the figures are the result."""
     parser = argparse.ArgumentParser(description="Laws that no catalogue has: are they found?")
-    parser.add_argument("--seed", required=True, metavar="HEX", help="first 8 digits of the commit that froze the rule")
+    parser.add_argument(
+        "--seed", required=True, type=_hex, metavar="HEX", help="first 8 digits of the commit that froze the rule"
+    )
     parser.add_argument("--laws", type=int, default=24)
     parser.add_argument("--nulls", type=int, default=100)
     parser.add_argument("--minutes", type=float, default=1e6, help="of CPU, after which no further case is begun")

@@ -297,14 +297,19 @@ def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object
     try:
         read()
     except kind as error:
+        line = getattr(error, "line", None)
+        element = str(getattr(error, "element", "") or getattr(error, "key", "") or "")
+        message = str(error)
+        for place in (f"{path}:{line}: ", f"{path}: ", f"{element}: "):  # which the finding says itself
+            message = message.removeprefix(place)
         return [
             {
                 "code": getattr(error, "code", code),
                 "severity": "error",
                 "file": str(path),
-                "line": getattr(error, "line", None),
-                "element": str(getattr(error, "element", "") or getattr(error, "key", "") or ""),
-                "message": str(error),
+                "line": line,
+                "element": element,
+                "message": message,
             }
         ]
     return []
