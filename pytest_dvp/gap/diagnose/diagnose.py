@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.held_out import (
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_beyond_remainder
+from pytest_dvp.gap.diagnose.quiet_effects import as_told, changing_instead, is_beyond_remainder
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
@@ -70,10 +70,10 @@ def diagnose(
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
-    space = SearchSpace(target, tried, refiners, nuisance, start, tick, apart=bool(held_out))
+    judges = folds(logs, held_out, model, effects)
+    space = SearchSpace(target, tried, refiners, nuisance, start, tick, judges, apart=bool(held_out))
     search, found, removed, instead = searched(space, model)
     tick("held-out data")
-    judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges, chose = judged(
         search, found, judges, lambda: folds_with_setup(held_out, model, effects)
     )
@@ -117,7 +117,7 @@ def diagnose(
         held_out=gains,
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
         dependence={name: one for name in final.names if (one := changes.of(name)) is not None},
-        evident=[name for name in final.names if target.excused and is_beyond_remainder(search, final, name, judges)],
+        evident=[name for name in final.names if target.excused and is_beyond_remainder(search, measured, name, judges)],
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)
@@ -156,10 +156,8 @@ def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial,
     Of a twin with a known remainder they are estimated once more, with the remainder as an error that lasts, and the
     intervals hold what the remainder imitates, too.
     """
-    target = search.target
-    if target.excused:
-        target = target.lasting()
-        final = search.trial(final.names, final.values, zoom=True, target=target)
+    target = search.target.lasting() if search.target.excused else search.target
+    final = as_told(search, final)
     sure = intervals(final.fit, search.starts, target.exact(final.values))
     sure = widen_dead_times(target, final.fit, final.values, sure)
     return final, widen_imitated(final.fit, sure, model.remainder_shape.imitates) if target.lasts else sure

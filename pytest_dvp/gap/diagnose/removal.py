@@ -27,8 +27,8 @@ EXCUSED_REMOVAL = 0.2  # of max(1, chi^2/N), that a twin with a known remainder 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SearchSpace:
-    """What is searched, by `Search`, whatever effects of the model are taken out before. apart: drives of their own are
-    held out."""
+    """What is searched, by `Search`, whatever effects of the model are taken out before. judges: data that judge what
+    is found. apart: drives of their own are held out."""
 
     target: ExperimentSet
     tried: Sequence[Candidate]
@@ -36,6 +36,7 @@ class SearchSpace:
     nuisance: Sequence[Coordinate]
     start: Values
     tick: Tick
+    judges: Sequence[Fold] = ()
     apart: bool = False
 
     def run(self, fixed: Values) -> tuple[Search, SearchResult]:
@@ -44,7 +45,7 @@ class SearchSpace:
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
         search.apart = self.apart
         found = search.run()
-        if self.target.excused and not found.final.names and (hidden := quiet(search, found.final)):
+        if self.target.excused and not found.final.names and (hidden := quiet(search, found.final, self.judges)):
             found = dataclasses.replace(found, final=hidden)
         rivals = dict(found.rivals)
         return search, dataclasses.replace(found, final=refined(search, found.final, rivals), rivals=rivals)

@@ -11,7 +11,7 @@ from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
 from pytest_dvp.gap.diagnose.held_out_growth import grown_for_held_out
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import is_beyond_remainder, is_far_beyond, is_imitated, quiet
+from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_beyond_remainder, is_far_beyond, is_imitated, quiet
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -56,7 +56,7 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
         strict = _veto(search, found, judges, apart, fragment=PRACTICAL)
     rivals = dict(strict.found.rivals)  # without what was vetoed, another effect may be seen to change while driving
     left = strict.found.final
-    final = refined(search, left, rivals) if left.names else quiet(search, left) or left
+    final = refined(search, left, rivals) if left.names else quiet(search, left, strict.judges) or left
     if final.names == strict.found.final.names:
         return strict
     again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),
@@ -101,8 +101,9 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             if search.target.excused
             and (fitted[n] < LITTLE or is_imitated(search, final, n))
             and gains.get(n, fitted[n]) < fragment
-            and not is_beyond_remainder(search, final, n, judges)
         ]
+        told = as_told(search, final) if fragments else final
+        fragments = [n for n in fragments if not is_beyond_remainder(search, told, n, judges)]
         worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
         sure = not idle and not fragments
         if not worst or (sure and gains[worst] > -allowed_loss(search, final, worst, level, fitted[worst])):

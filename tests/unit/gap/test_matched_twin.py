@@ -130,7 +130,7 @@ def test_far_from_the_noise_a_fifth_of_a_gain_may_be_lost(left: float, loss: flo
 
 def test_what_is_left_without_the_vetoed_ones_may_hide_another(monkeypatch: pytest.MonkeyPatch) -> None:
     search = Found({"roll": 0.3, "gyro_bias": 1.0}, {"roll": 0.0, "gyro_bias": 1.0})
-    monkeypatch.setattr(veto, "quiet", lambda search, left: search.trial(("gyro_bias",)))
+    monkeypatch.setattr(veto, "quiet", lambda search, left, judges: search.trial(("gyro_bias",)))
     found = SearchResult(search.trial(("roll",)), {}, ())  # type: ignore[arg-type]
     names = veto.judged(search, found, (judge(),), lambda: ()).found.final.names  # type: ignore[arg-type]
     assert names == ("gyro_bias",)

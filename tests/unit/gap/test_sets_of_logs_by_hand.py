@@ -241,7 +241,7 @@ def test_where_a_remainder_hides_all_a_quiet_effect_is_asked_for_and_what_change
     world = World({}, excused=excused)
     first = SearchResult(a_trial(1000.0, *names), {"mass": ("x",)}, ("y",))
     monkeypatch.setattr(Search, "run", lambda self: first)
-    monkeypatch.setattr(removal_module, "quiet", lambda search, trial: hidden and dataclasses.replace(
+    monkeypatch.setattr(removal_module, "quiet", lambda search, trial, judges: hidden and dataclasses.replace(
         trial, names=(*trial.names, hidden)))  # fmt: skip
 
     def refined(search: Any, trial: Any, rivals: Any) -> Any:
