@@ -76,6 +76,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
     monkeypatch.setattr(veto, "is_far_beyond", lambda *_: False)
     monkeypatch.setattr(veto, "quiet", lambda *_: None)
+    monkeypatch.setattr(veto, "as_told", lambda search, trial: trial)
     monkeypatch.setattr(veto, "chosen", lambda search, found, judges: found)
     monkeypatch.setattr(veto, "grown_for_held_out", lambda search, found, judges: found)
     monkeypatch.setattr(veto, "refined", lambda search, best, rivals: best)

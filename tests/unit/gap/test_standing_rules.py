@@ -208,18 +208,28 @@ def test_an_effect_is_evident_twenty_standard_deviations_from_nothing(gain: floa
     world = World({DRIVE: 10.0 * np.sqrt(gain) * direction(0)}, {DRIVE: 0.9}, excused=True)
     search = a_search(world, "drive_gain")
     assert is_evident(search, ALONE, "drive_gain", world) is evident  # type: ignore[arg-type]
-    judges = (Fold(None, world),)  # type: ignore[arg-type]
+    less = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.92})  # it asks for 0.8 of the size, and gains 0.6 by all
+    judges = (Fold(None, less),)  # type: ignore[arg-type]
     trial = search.trial(("drive_gain",), {DRIVE: 0.9})
     assert is_evident_apart(search, trial, "drive_gain", judges) is evident
     assert is_evident_apart(search, trial, "drive_gain", ()) is False
     other = Fold(world, world)  # type: ignore[arg-type]
     assert is_evident_apart(search, trial, "drive_gain", (other,)) is False
     for ten, enough in ((9.9, False), (10.1, True)):  # data held out may show it half as clearly
-        town = World({DRIVE: 10.0 * ten * direction(0)}, {DRIVE: 0.9})
+        town = World({DRIVE: 10.0 * ten / np.sqrt(0.6) * direction(0)}, {DRIVE: 0.92})
         told = is_evident_apart(search, trial, "drive_gain", (*judges, Fold(None, town)))  # type: ignore[arg-type]
         assert told is (evident and enough)
     world.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]  # the twin has it already
     assert is_evident(search, ALONE, "drive_gain", world) is False  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("gain", "there", "told"), [(101.0, 0.907, True), (99.0, 0.907, False), (101.0, 0.908, False)])
+def test_drives_that_ask_for_the_same_size_may_each_show_it_less_clearly(gain: float, there: float, told: bool) -> None:
+    """Of 0.1 that is found, 0.093 there takes away 0.86 of what 0.1 changes, 0.092 takes 0.84."""
+    world = World({DRIVE: 10.0 * np.sqrt(gain) * direction(0)}, {DRIVE: 0.9}, excused=True)
+    search = a_search(world, "drive_gain")
+    town = (Fold(None, World({DRIVE: 150.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
+    assert is_evident_apart(search, ALONE, "drive_gain", town) is told
 
 
 @pytest.mark.parametrize(("imitated", "evident"), [(0.0232, True), (0.0233, False)])
@@ -309,6 +319,21 @@ def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> No
     assert found.chi2 == pytest.approx(ROWS, rel=0.01)
     lasting.does = {RATIO: does[RATIO], DRIVE: 0.0 * does[DRIVE], BRAKE: 0.0 * does[BRAKE]}
     assert quiet(search, search.trial((), {})) is None
+
+
+def test_what_another_drive_does_not_show_has_no_say_beside_what_it_shows() -> None:
+    """The drive's gain does twice as much where it is fitted; in town only the brake's is asked for."""
+    does = {DRIVE: 500.0 * direction(0), BRAKE: 250.0 * direction(1)}
+    true = {DRIVE: 0.9, BRAKE: 0.9}
+    world = World(does, true, excused=True)
+    search = a_search(world, "drive_gain", "brake_gain")
+    found = quiet(search, search.trial((), {}))
+    assert found is not None
+    assert found.names == ("drive_gain",)
+    town = (Fold(None, World({DRIVE: 0.0 * does[DRIVE], BRAKE: does[BRAKE]}, true)),)  # type: ignore[arg-type]
+    found = quiet(search, search.trial((), {}), town)
+    assert found is not None
+    assert found.names == ("brake_gain",)
 
 
 def test_what_the_remainder_imitates_does_not_stand_in_the_way_of_a_quiet_effect() -> None:
