@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.held_out import (
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import as_told, changing_instead, is_beyond_remainder
+from pytest_dvp.gap.diagnose.quiet_effects import as_told, changing_instead, is_beyond_remainder, may_be_new
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
@@ -83,7 +83,13 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        for more in (rivals_over_segments(search, judges, final), changing_instead(search, final)):
+        alike = (
+            rivals_over_segments(search.lasting(), [fold.lasting() for fold in judges], as_told(search, final),
+                                 lambda other: may_be_new(search, other, judges))
+            if target.excused
+            else rivals_over_segments(search, judges, final)
+        )
+        for more in (alike, changing_instead(search, final)):
             both = {n: (*found.rivals.get(n, ()), *more.get(n, ())) for n in final.names}
             found = dataclasses.replace(found, rivals={n: tuple(dict.fromkeys(both[n])) for n in final.names})
         target.settle(final.values)

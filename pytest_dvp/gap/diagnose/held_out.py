@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,6 +41,11 @@ class Fold:
     fitted: ExperimentSet | None
     judge: ExperimentSet
     setup: RunSetup | None = None
+
+    def lasting(self) -> Fold:
+        """The same data; the known remainder of the model is an error that lasts."""
+        fitted = self.fitted and self.fitted.lasting()
+        return dataclasses.replace(self, fitted=fitted, judge=self.judge.lasting())
 
 
 def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: VehicleModel,
@@ -122,8 +127,11 @@ def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
     return change * fold.judge.count > EXTRAPOLATES * judged * fold.fitted.count
 
 
-def rivals_over_segments(search: Search, judges: Sequence[Fold], best: Trial) -> dict[str, tuple[str, ...]]:
+def rivals_over_segments(
+    search: Search, judges: Sequence[Fold], best: Trial, possible: Callable[[Trial], bool] = lambda other: True
+) -> dict[str, tuple[str, ...]]:
     """Effects by the named one that do as well in its place, where parts of all the data are drawn by chance.
+    possible: whether the set that ends with such an effect may be true at all.
 
     Where a model leaves more than noise, its errors repeat themselves from sample to sample, and a gap between two sets
     that noise could not make is no proof. Whole segments of the data fitted on and of those held out are drawn instead.
@@ -147,7 +155,7 @@ def rivals_over_segments(search: Search, judges: Sequence[Fold], best: Trial) ->
             behind = segments(other)
             close = float((behind - ahead).sum()) < most
             if close and search.bootstrap_share(behind, ahead) < MIN_BOOTSTRAP_SHARE:
-                rivals += [other.names[-1]] if search.is_credible(other, other.names[-1]) else []
+                rivals += [other.names[-1]] if search.is_credible(other, other.names[-1]) and possible(other) else []
         found[name] = tuple(rivals)
     return found
 

@@ -27,7 +27,7 @@ EVIDENT = 20.0  # standard deviations: on 20 drives of matched twins with nothin
 # the remainder imitates reached 17 on both of two drives; six small biases reached 24 and more
 APART = 10.0  # the same, on data held out: of twelve drives with nothing new, of three cars of strangers, what reached
 # 10 to 24 where it was fitted reached 3.6 there at most
-AGREES = 0.5  # of what an effect changes on data held out, that they must gain by it: 1 if they ask for that size, 0 if
+AGREES = 0.5  # of what an effect changes on data, that they must gain by it: 1 if they ask for that size, 0 if
 # for half of it. A dead band of 0.115 m/s^2 that a hybrid car does not have gained 12 standard deviations on a drive in
 # town, where one of that size would have gained many times as much
 ALIKE = 0.85  # the same, where each drive shows it by APART alone. Of 30 drives with nothing new of 12 cars of strangers
@@ -193,7 +193,7 @@ def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[F
     apart = _drives_apart(judges)
     if not apart:
         return False
-    if is_evident(search, trial, name, search.target):
+    if is_evident(search, trial, name, search.target, agrees=AGREES):
         return all(is_evident(search, trial, name, data, APART, AGREES) for data in apart)
     return all(is_evident(search, trial, name, data, APART, ALIKE) for data in (search.target, *apart))
 
@@ -205,6 +205,14 @@ def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequenc
     if is_evident_apart(search, trial, name, judges):
         return True
     return is_far_beyond(search, trial, name) and not _is_contradicted(search, trial, name, judges)
+
+
+def may_be_new(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:
+    """True if the last effect of a set can be more than what a twin is known not to explain: the data fitted on show it,
+    and data held out do not speak against it. What a remainder alone could be is no rival of what it cannot be."""
+    name = trial.names[-1]
+    shown = is_evident(search, trial, name, search.target, APART, AGREES)
+    return shown and not _is_contradicted(search, trial, name, judges)
 
 
 def _is_contradicted(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:

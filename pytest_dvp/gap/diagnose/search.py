@@ -214,6 +214,12 @@ class Search:
             trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.fit.coordinates) + EQUAL * self.count * limits
         )
 
+    def lasting(self) -> Search:
+        """The same search, for which the known remainder is an error that lasts."""
+        other = copy(self)
+        other.target, other._whole = self.target.lasting(), None
+        return other
+
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: ExperimentSet | None = None,
               kept: Values | None = None, like: Trial | None = None, above: float = inf) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
