@@ -8,11 +8,14 @@
     drive_gain.g = 0.0052  # -
     [remainder.limits]
     jerk_limit.limit = 13.0  # m/s^3
+    [remainder.unseen]
+    power_limit.limit = 17.2  # W/kg
 
 All of it is measured on the drives from which the twin was learnt, on which nothing is hidden. Memory is the time after
 which two samples of the remainder are alike to 1/e only. Anew is what level and memory do not foresee of the remainder,
 where it is more than the noise. What is imitated is the root mean square of the values (as differences from the true
-ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit.
+ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit. What is unseen are
+limits that none of these drives would have noticed, down to the value: a power that was never asked for.
 """
 
 from __future__ import annotations
@@ -25,18 +28,20 @@ from typing import Any
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS
 
-TABLES = ("memory", "anew", "imitates", "limits")
+TABLES = ("memory", "anew", "imitates", "limits", "unseen")
 
 
 @dataclass(frozen=True, slots=True)
 class RemainderShape:
     """memory: channel -> s, more than 0. anew: channel -> chi^2/N, 1 where it is not told. imitates: effect -> key ->
-    value in the unit of the key, 0 or more. limits: effect -> key -> value in the unit of the key, more than 0."""
+    value in the unit of the key, 0 or more. limits, unseen: effect -> key -> value in the unit of the key, more than
+    0."""
 
     memory: Mapping[str, float] = field(default_factory=dict)
     imitates: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     anew: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    unseen: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def read_shape(table: Mapping[str, Any]) -> RemainderShape:
@@ -46,6 +51,7 @@ def read_shape(table: Mapping[str, Any]) -> RemainderShape:
         anew=_by_channel(table, "anew", "chi^2/N"),
         imitates=_by_effect(table, "imitates"),
         limits=_by_effect(table, "limits", more_than_0=True),
+        unseen=_by_effect(table, "unseen", more_than_0=True),
     )
 
 
@@ -84,7 +90,7 @@ def shape_text(shape: RemainderShape) -> str:
         lines += ["[remainder.memory]", *(f"{c} = {value!r}  # s" for c, value in shape.memory.items())]
     if shape.anew:
         lines += ["[remainder.anew]", *(f"{c} = {value!r}  # chi^2/N" for c, value in shape.anew.items())]
-    for name, effects in (("imitates", shape.imitates), ("limits", shape.limits)):
+    for name, effects in (("imitates", shape.imitates), ("limits", shape.limits), ("unseen", shape.unseen)):
         if effects:
             lines += [f"[remainder.{name}]"]
             lines += [f"{e}.{key} = {value!r}" for e, keys in effects.items() for key, value in keys.items()]

@@ -83,13 +83,7 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        alike = (
-            rivals_over_segments(search.lasting(), [fold.lasting() for fold in judges], as_told(search, final),
-                                 lambda other: may_be_new(search, other, judges))
-            if target.excused
-            else rivals_over_segments(search, judges, final)
-        )
-        for more in (alike, changing_instead(search, final)):
+        for more in (_alike(search, judges, final), changing_instead(search, final)):
             both = {n: (*found.rivals.get(n, ()), *more.get(n, ())) for n in final.names}
             found = dataclasses.replace(found, rivals={n: tuple(dict.fromkeys(both[n])) for n in final.names})
         target.settle(final.values)
@@ -154,6 +148,16 @@ def _misfit(judges: Sequence[Fold]) -> bool:
     show is there all the same."""
     checks = [Search(fold.judge, ()) for fold in judges if fold.fitted is None and fold.setup is None]
     return any(check.misfit(check.trial((), {})) for check in checks)
+
+
+def _alike(search: Search, judges: Sequence[Fold], final: Trial) -> dict[str, tuple[str, ...]]:
+    """Effects by the named one that do as well in its place over parts of all data. Beside a known remainder that is
+    asked where the remainder lasts, and of what can be new at all: what the remainder could be is no rival."""
+    if not search.target.excused:
+        return rivals_over_segments(search, judges, final)
+    lasting = [fold.lasting() for fold in judges]
+    told = as_told(search, final)
+    return rivals_over_segments(search.lasting(), lasting, told, lambda other: may_be_new(search, other, judges))
 
 
 def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial, Intervals]:

@@ -9,7 +9,7 @@ where much is gained. A limit that is never met does nothing at all, so there is
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import isinf
+from math import inf, isfinite, isinf
 
 import numpy as np
 
@@ -17,14 +17,15 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, rounded_imitation
-from pytest_dvp.gap.diagnose.least_squares import STEP
+from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import gram, row_products, square
-from pytest_dvp.gap.diagnose.quiet_effects import APART
+from pytest_dvp.gap.diagnose.quiet_effects import APART, along_the_way, is_placed
 from pytest_dvp.gap.diagnose.search import Search
 from vehicle.model.vehicle_model import VehicleModel
 
 SHOWN = 25.0  # of chi^2 per square of an effect's range: with less, these drives say nothing of it
 FARTHEST = 1.0  # of a key's range: beyond it a first order means nothing
+_HALVINGS = 8  # of the range of a limit
 _RIDGE = 1e-6  # of the diagonal, for keys that cannot be told apart
 
 
@@ -72,7 +73,8 @@ def placebos(
         for candidate in tried:
             search = Search(target, [candidate])
             now = search.trial((), {})
-            options = FirstOrderGain(target, now).remaining_chi2(candidate, candidate.points)
+            points = along_the_way(search, candidate) if is_placed(candidate) else candidate.points
+            options = FirstOrderGain(target, now).remaining_chi2(candidate, points)
             left, point = min(options, key=lambda option: option[0], default=(now.chi2, {}))
             if now.chi2 - left <= APART**2:
                 continue
@@ -85,6 +87,43 @@ def placebos(
                 else:
                     sizes_off.setdefault(c.name, [0.0] * len(groups))[k] = values[c.name] - had
     return rounded_imitation(sizes_off), lowest
+
+
+def unseen(
+    groups: Sequence[ExperimentSet], tried: Sequence[Candidate], model: VehicleModel
+) -> dict[str, dict[str, float]]:
+    """The lowest limit of what has none in the model that all drives leave open, in the unit of the key: the car may have
+    it without the twin's knowing. One that is noticed at its highest already is left out."""
+    present = {a.name for a in model.effects}
+    found: dict[str, dict[str, float]] = {}
+    for candidate in tried:
+        for c in candidate.coordinates:
+            if candidate.name not in present and isinf(c.key.neutral):
+                open_at = max((_open_down_to(group.lasting(), candidate, c) for group in groups), default=-inf)
+                if isfinite(open_at):
+                    found.setdefault(candidate.name, {})[c.key.name] = as_measured(open_at)
+    return found
+
+
+def _open_down_to(target: ExperimentSet, candidate: Candidate, c: Coordinate) -> float:
+    """The lowest limit with which the data are not worse by APART standard deviations than without it; inf if there is
+    none in the range."""
+    target.settle({})
+    free = square(target.whitened({}))
+    others = {key: value for key, value in candidate.points[0].items() if key != c.name}
+
+    def is_open(u: float) -> bool:
+        return square(target.whitened({**others, c.name: c.value(u)})) < free + APART**2
+
+    low, high = c.to_unit(c.key.low), c.to_unit(c.key.high)
+    if is_open(low):
+        return c.value(low)
+    if not is_open(high):
+        return inf
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if is_open(middle) else (middle, high)
+    return c.value(high)
 
 
 def larger(

@@ -36,6 +36,8 @@ STEP = 20.0  # m between places that are asked: a fit begun so far off came to t
 PLACES = 100  # at most: each costs six replays of the log, and a drive of 110 s on a test ground has 50 to 70
 LOWER = 1.5  # times: a limit than the lowest found on drives with nothing new; chosen: a bus with 11.5 m/s^3 on those
 # drives gave 13 and 15 on others
+BELOW = 1.25  # times: a limit than the lowest that the drives of the twin leave open; chosen: two cars with 3.1 and 2.4
+# m/s^2 on those drives gave 2.6, 3.0 and 2.2 on others
 FAR = 5.0  # times as large as the remainder imitates; chosen: a steering that sticks was 32 and 120 times on two cars
 NUDGE = 0.02  # of its range, by which a value is moved to see what it would change; chosen
 PROMISE = 0.25  # of the gain that makes an effect evident: one that gains less to first order is not fitted; chosen
@@ -66,7 +68,7 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | N
             asked += 1
             found.append(trial)
     for candidate in search.refiners.values():
-        if _is_placed(candidate):  # what a hill gains at a place nearby says little of what it gains where it is
+        if is_placed(candidate):  # what a hill gains at a place nearby says little of what it gains where it is
             options = look.remaining_chi2(candidate, along_the_way(search, candidate))
             for _, point in sorted(options, key=lambda o: o[0])[:_TRIED]:
                 found.append(search.trial((*base.names, candidate.name), base.values | point, target=lasting))
@@ -92,7 +94,7 @@ def _gains(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> l
     return [_shown(search, trial, name, data).gain for data in (search.target, *_drives_apart(judges))]
 
 
-def _is_placed(candidate: Candidate) -> bool:
+def is_placed(candidate: Candidate) -> bool:
     """True for what lies at a place of the map. A remainder of the car comes and goes wherever it drives."""
     return any(quantity == "place" for _, quantity in candidate.effect.diagnosed.seen_as)
 
@@ -168,14 +170,16 @@ def is_far_beyond(search: Search, trial: Trial, name: str) -> bool:
 
 def is_imitated(search: Search, trial: Trial, name: str, times: float = IMITATED) -> bool:
     """True if an effect's size is within `times` of what the twin's known remainder imitates (root mean square on
-    drives with nothing new); of what has no limit in the twin, if it is not LOWER than the remainder looks like."""
+    drives with nothing new); of what has no limit in the twin, if it is not LOWER than the remainder looks like, or
+    not below what those drives would have shown."""
     shape = search.target.experiments[0].model.remainder_shape
-    imitates, limits = shape.imitates.get(name, {}), shape.limits.get(name, {})
+    imitates, limits, open_at = (table.get(name, {}) for table in (shape.imitates, shape.limits, shape.unseen))
     off = _without(search, name)
     return not any(
         abs(trial.values[c.name] - off[c.name]) > times * imitates.get(c.key.name, 0.0)
         if isfinite(off[c.name])
         else trial.values[c.name] * LOWER * times / IMITATED < limits.get(c.key.name, inf)
+        and trial.values[c.name] * BELOW < open_at.get(c.key.name, inf)
         for c in sizes(search.known[name].coordinates)
     )
 

@@ -84,6 +84,7 @@ def with_standing(
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
             *_implausible(e, known[e.name], present.get(e.name, {})),
             *_imitated(e, known[e.name], present.get(e.name, {}), search.target.excused),
+            *_unseen(e, model.remainder_shape.unseen.get(e.name, {})),
             *(_trace(e.name, evidence.held_out) if search.target.excused else []),
             *left.doubts(e.name),
             *evidence.scales,
@@ -151,6 +152,16 @@ def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excuse
         if not e.parameters[name].low <= given.get(name, effect.key(name).neutral) <= e.parameters[name].high:
             return []
     return ["the twin's known remainder imitates as much"]
+
+
+def _unseen(e: NamedEffect, open_at: Mapping[str, float]) -> list[str]:
+    """Whether the car may have a limit from the beginning. open_at: what the drives that the twin was learnt from leave
+    open, from that value on."""
+    return [
+        f"the drives that the twin was learnt from do not come to {name} = {e.parameters[name].value:.3g}: it may be older"
+        for name, least in open_at.items()
+        if name in e.parameters and e.parameters[name].value >= least
+    ]
 
 
 class _Left:

@@ -14,7 +14,7 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
-from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos
+from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, measured_memory
@@ -136,7 +136,9 @@ def _with_remainder(
     tried = candidates(model, known.values(), ay="ay" in search.target.channels, refined=True)
     sizes, limits = placebos(groups, tried, model)
     imitates = larger(imitation(groups, tried), sizes)
-    shape = dataclasses.replace(shape, anew=_anew(groups), imitates=imitates, limits=limits)
+    shape = dataclasses.replace(
+        shape, anew=_anew(groups), imitates=imitates, limits=limits, unseen=unseen(groups, tried, model)
+    )
     return dataclasses.replace(model, remainder_shape=shape)
 
 

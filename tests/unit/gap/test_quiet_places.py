@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.quiet_effects import STEP, _is_placed, along_the_way
+from pytest_dvp.gap.diagnose.quiet_effects import STEP, is_placed, along_the_way
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
 
@@ -46,6 +46,6 @@ def test_rows_without_a_position_have_no_place() -> None:
     assert {p["road_profile", "x"] for p in along_the_way(searched(x, x), HILL)} == {0.0, 40.0}  # type: ignore[arg-type]
 
 
-def test_only_what_lies_at_a_place_is_placed() -> None:
-    placed = [c.name for c in candidates(MODEL, catalogue().values(), refined=True) if _is_placed(c)]
+def test_only_what_lies_at_a_placeis_placed() -> None:
+    placed = [c.name for c in candidates(MODEL, catalogue().values(), refined=True) if is_placed(c)]
     assert placed == ["road_profile"]
