@@ -41,6 +41,7 @@ class Key:
     `minimum`..`maximum` what the equation allows, outside which a value is refused.
     `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
     `late`: says how the effect acts, not how much, and a search fits it only when it can go no further without.
+    `where`: says where the effect lies, not how much it does.
     `step`: next to the neutral value nothing moves yet, so what the key does there is seen over this much of it.
     """
 
@@ -54,6 +55,7 @@ class Key:
     maximum: float = inf
     meaning: str = ""
     late: bool = False
+    where: bool = False
     step: float = 0.0
 
     @property

@@ -162,8 +162,8 @@ def is_finer(key: Key) -> bool:
 
 
 def says_how(key: Key) -> bool:
-    """True for a key that says how an effect acts, not how much."""
-    return key.late or key.name in _SHAPE
+    """True for a key that says how an effect acts, or where, not how much."""
+    return key.late or key.where or key.name in _SHAPE
 
 
 def sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:

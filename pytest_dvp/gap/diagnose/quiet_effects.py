@@ -45,17 +45,20 @@ _TRIED = 6  # effects, the best to first order of those that the remainder does 
 
 
 def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | None:
-    """The set with one effect that the remainder hides by its size only; None if there is none.
+    """The set with one effect that the remainder hides by its size only; None if there is none, or if the set names what
+    no remainder imitates.
 
     The best on all data together. What data held out do not show has no say beside what they do, however much it gains
     where it is fitted: where a remainder comes and goes, something else always gains there.
     """
+    if not all(is_imitated(search, base, name) for name in base.names):
+        return None
     lasting = search.target.lasting()
     now = search.trial(base.names, base.values, target=lasting)
     look = FirstOrderGain(lasting, now)
     ranking = []
     for candidate in search.tried.values():
-        options = look.remaining_chi2(candidate, candidate.coarse)
+        options = look.remaining_chi2(candidate, candidate.coarse) if candidate.name not in base.names else []
         if options:
             ranking.append(min(((left, candidate.name, point) for left, point in options), key=lambda o: o[:2]))
     found = []
@@ -68,7 +71,7 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | N
             asked += 1
             found.append(trial)
     for candidate in search.refiners.values():
-        if is_placed(candidate):  # what a hill gains at a place nearby says little of what it gains where it is
+        if is_placed(candidate) and candidate.name not in base.names:  # what a hill gains at a place nearby says little of what it gains where it is
             options = look.remaining_chi2(candidate, along_the_way(search, candidate))
             for _, point in sorted(options, key=lambda o: o[0])[:_TRIED]:
                 found.append(search.trial((*base.names, candidate.name), base.values | point, target=lasting))
@@ -96,7 +99,7 @@ def _gains(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> l
 
 def is_placed(candidate: Candidate) -> bool:
     """True for what lies at a place of the map. A remainder of the car comes and goes wherever it drives."""
-    return any(quantity == "place" for _, quantity in candidate.effect.diagnosed.seen_as)
+    return any(c.key.where for c in candidate.coordinates)
 
 
 def along_the_way(search: Search, candidate: Candidate) -> list[dict[tuple[str, str], float]]:

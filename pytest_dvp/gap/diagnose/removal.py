@@ -45,7 +45,7 @@ class SearchSpace:
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
         search.apart = self.apart
         found = search.run()
-        if self.target.excused and not found.final.names and (hidden := quiet(search, found.final, self.judges)):
+        if self.target.excused and (hidden := quiet(search, found.final, self.judges)):
             found = dataclasses.replace(found, final=hidden)
         rivals = dict(found.rivals)
         return search, dataclasses.replace(found, final=refined(search, found.final, rivals), rivals=rivals)

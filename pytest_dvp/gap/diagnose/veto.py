@@ -44,8 +44,8 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     """The result without effects that lose on data they were not fitted on.
 
     Of a twin with a known remainder, effects that gain no more than that may change by go, too, unless too much is left
-    over without them: something new is there then, and what explains it best is told. Where nothing is named any more,
-    an effect that is quieter than they seemed may be there, and is asked for.
+    over without them: something new is there then, and what explains it best is told. Where nothing is named any more
+    that a remainder could not be, an effect that is quieter than they seemed may be there, and is asked for.
     """
     preferred = grown_for_held_out(search, chosen(search, found, judges), judges)
     strict = _veto(search, preferred, judges, apart, fragment=ABOVE_REMAINDER)
@@ -56,7 +56,7 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
         strict = _veto(search, found, judges, apart, fragment=PRACTICAL)
     rivals = dict(strict.found.rivals)  # without what was vetoed, another effect may be seen to change while driving
     left = strict.found.final
-    final = refined(search, left, rivals) if left.names else quiet(search, left, strict.judges) or left
+    final = quiet(search, left, strict.judges) or (refined(search, left, rivals) if left.names else left)
     if final.names == strict.found.final.names:
         return strict
     again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),

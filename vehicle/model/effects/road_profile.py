@@ -19,10 +19,12 @@ from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, ShownBy
     source="differential geometry of a height field",
     parameters=(
         Key("height", "m", -3.0, 3.0, neutral=0.0, least=0.1, minimum=-100.0, maximum=100.0, meaning="of the top, h"),
-        Key("x", "m", -100.0, 100.0, neutral=0.0, least=1.0, meaning="place of the top in the frame of the log, x0"),
-        Key("y", "m", -100.0, 100.0, neutral=0.0, least=1.0, meaning="place of the top, y0"),
-        Key("length", "m", 5.0, 100.0, neutral=30.0, least=1.0, minimum=1.0, meaning="top to steepest place, l"),
-    ),
+        Key("x", "m", -100.0, 100.0, neutral=0.0, least=1.0, where=True,
+            meaning="place of the top in the frame of the log, x0"),
+        Key("y", "m", -100.0, 100.0, neutral=0.0, least=1.0, where=True, meaning="place of the top, y0"),
+        Key("length", "m", 5.0, 100.0, neutral=30.0, least=1.0, minimum=1.0, where=True,
+            meaning="top to steepest place, l"),
+    ),  # fmt: skip
     ties=(
         "road_grade",
         "road_bank",
