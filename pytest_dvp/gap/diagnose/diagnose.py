@@ -117,7 +117,9 @@ def diagnose(
         held_out=gains,
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
         dependence={name: one for name in final.names if (one := changes.of(name)) is not None},
-        evident=[name for name in final.names if target.excused and is_beyond_remainder(search, measured, name, judges)],
+        evident=[
+            name for name in final.names if target.excused and is_beyond_remainder(search, measured, name, judges)
+        ],
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)

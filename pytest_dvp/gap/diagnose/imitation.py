@@ -92,8 +92,8 @@ def placebos(
 def unseen(
     groups: Sequence[ExperimentSet], tried: Sequence[Candidate], model: VehicleModel
 ) -> dict[str, dict[str, float]]:
-    """The lowest limit of what has none in the model that all drives leave open, in the unit of the key: the car may have
-    it without the twin's knowing. One that is noticed at its highest already is left out."""
+    """The lowest limit of what has none in the model that all drives leave open, in the unit of the key: the car may
+    have it without the twin's knowing. One that is noticed at its highest already is left out."""
     present = {a.name for a in model.effects}
     found: dict[str, dict[str, float]] = {}
     for candidate in tried:

@@ -30,7 +30,9 @@ APART = 10.0  # the same, on data held out: of twelve drives with nothing new, o
 AGREES = 0.5  # of what an effect changes on data, that they must gain by it: 1 if they ask for that size, 0 if
 # for half of it. A dead band of 0.115 m/s^2 that a hybrid car does not have gained 12 standard deviations on a drive in
 # town, where one of that size would have gained many times as much
-ALIKE = 0.85  # the same, where each drive shows it by APART alone. Of 30 drives with nothing new of 12 cars of strangers
+ALIKE = (
+    0.85  # the same, where each drive shows it by APART alone. Of 30 drives with nothing new of 12 cars of strangers
+)
 # none had such an effect; a gyro that is off by 0.5 deg/s gained 12 standard deviations on both, all that it changes
 STEP = 20.0  # m between places that are asked: a fit begun so far off came to the top of a hill of 16 m on a MuJoCo car
 PLACES = 100  # at most: each costs six replays of the log, and a drive of 110 s on a test ground has 50 to 70
@@ -45,8 +47,8 @@ _TRIED = 6  # effects, the best to first order of those that the remainder does 
 
 
 def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | None:
-    """The set with one effect that the remainder hides by its size only; None if there is none, or if the set names what
-    no remainder imitates.
+    """The set with one effect that the remainder hides by its size only; None if there is none, or if the set names
+    what no remainder imitates.
 
     The best on all data together. What data held out do not show has no say beside what they do, however much it gains
     where it is fitted: where a remainder comes and goes, something else always gains there.
@@ -71,7 +73,9 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | N
             asked += 1
             found.append(trial)
     for candidate in search.refiners.values():
-        if is_placed(candidate) and candidate.name not in base.names:  # what a hill gains at a place nearby says little of what it gains where it is
+        if (
+            is_placed(candidate) and candidate.name not in base.names
+        ):  # what a hill gains at a place nearby says little of what it gains where it is
             options = look.remaining_chi2(candidate, along_the_way(search, candidate))
             for _, point in sorted(options, key=lambda o: o[0])[:_TRIED]:
                 found.append(search.trial((*base.names, candidate.name), base.values | point, target=lasting))
@@ -215,8 +219,8 @@ def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequenc
 
 
 def may_be_new(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:
-    """True if the last effect of a set can be more than what a twin is known not to explain: the data fitted on show it,
-    and data held out do not speak against it. What a remainder alone could be is no rival of what it cannot be."""
+    """True if the last effect of a set can be more than what a twin is known not to explain: the data fitted on show
+    it, and data held out do not speak against it. What a remainder alone could be is no rival of what it cannot be."""
     name = trial.names[-1]
     shown = is_evident(search, trial, name, search.target, APART, AGREES)
     return shown and not _is_contradicted(search, trial, name, judges)

@@ -158,7 +158,8 @@ def _unseen(e: NamedEffect, open_at: Mapping[str, float]) -> list[str]:
     """Whether the car may have a limit from the beginning. open_at: what the drives that the twin was learnt from leave
     open, from that value on."""
     return [
-        f"the drives that the twin was learnt from do not come to {name} = {e.parameters[name].value:.3g}: it may be older"
+        f"the drives that the twin was learnt from do not come to {name} = {e.parameters[name].value:.3g}: "
+        "it may be older than this"
         for name, least in open_at.items()
         if name in e.parameters and e.parameters[name].value >= least
     ]

@@ -360,7 +360,8 @@ class Diagnosing:
             "_ladder": lambda search, final: made, "_given": lambda search, gone, judges: steps, "step": told,
             "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,
             "Dependences": lambda *asked: SimpleNamespace(of=lambda name: None), "opinions": lambda *asked: {},
-            "is_beyond_remainder": lambda *asked: True, "as_told": lambda search, trial: trial, "implausible_scales": lambda scales: [],
+            "is_beyond_remainder": lambda *asked: True,
+            "as_told": lambda search, trial: trial, "implausible_scales": lambda scales: [],
             "with_standing": lambda named, *more: tuple(named), "diagnose_perceptions": lambda *asked: (),
             "signature": lambda *asked: {"reading": "r"}, "votes": lambda *asked: {},
         }.items():  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.quiet_effects import STEP, is_placed, along_the_way
+from pytest_dvp.gap.diagnose.quiet_effects import STEP, along_the_way, is_placed
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
 

@@ -232,7 +232,7 @@ def test_pairs_are_of_tyres_alike_and_one_of_them_is_a_detail() -> None:
         (True, (), "quiet", ("quiet", "refined")),
         (True, (), None, ("refined",)),
         (False, (), "quiet", ("refined",)),
-        (True, ("mass",), "quiet", ("mass", "refined")),
+        (True, ("mass",), "quiet", ("mass", "quiet", "refined")),
     ],
 )
 def test_where_a_remainder_hides_all_a_quiet_effect_is_asked_for_and_what_changes_comes_last(

@@ -241,6 +241,9 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
     text = shape_text(more)
     assert text == "[remainder.anew]\nax = 2.2  # chi^2/N\n[remainder.limits]\njerk_limit.limit = 13.0\n"
     assert read_shape({"anew": {"ax": 2.2}, "limits": {"jerk_limit": {"limit": 13.0}}}) == more
+    unseen = RemainderShape(unseen={"power_limit": {"limit": 17.2}})
+    assert shape_text(unseen) == "[remainder.unseen]\npower_limit.limit = 17.2\n"
+    assert read_shape({"unseen": {"power_limit": {"limit": 17.2}}}) == unseen
     assert shape_text(RemainderShape()) == ""
     assert read_shape({}) == RemainderShape()
     assert read_shape({"imitates": {"drive_gain": {"g": 0}}}).imitates == {"drive_gain": {"g": 0.0}}
@@ -254,6 +257,7 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"memory": {"v": -1.0}}, "memory.v", "allowed: 0 or more"),
         ({"anew": {"v": 0.0}}, "anew.v", r"allowed: more than 0 chi\^2/N"),
         ({"limits": {"jerk_limit": {"limit": 0}}}, "limits.jerk_limit.limit", "found 0; allowed: more than 0"),
+        ({"unseen": {"power_limit": {"limit": 0}}}, "unseen.power_limit.limit", "found 0; allowed: more than 0"),
         ({"limits": {"jerk_limit": 3}}, "limits.jerk_limit", "must be a table of the effect's keys"),
         ({"memory": {"v": math.inf}}, "memory.v", "allowed: 0 or more"),
         ({"memory": {"v": True}}, "memory.v", "must be a number"),

@@ -1,0 +1,124 @@
+"""Limits that the drives of a twin would not have noticed, and what is asked for beside what a remainder could be."""
+
+from __future__ import annotations
+
+from math import inf
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose.candidates import sizes
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
+from pytest_dvp.gap.diagnose.held_out import Fold
+from pytest_dvp.gap.diagnose.imitation import unseen
+from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_imitated, may_be_new, quiet
+from pytest_dvp.gap.diagnose.standing import _unseen
+from tests.unit.gap.linear_world import BRAKE, DRIVE, World, a_search, a_trial, direction, tried
+from vehicle.model.remainder_shape import RemainderShape
+
+LOWER = ("brake_limit", "limit")
+
+
+class Limited(World):
+    """What a limit does is in proportion to its inverse; the car has none."""
+
+    def whitened(self, values: Any) -> Any:
+        return self.noise + sum((row / values.get(key, inf) for key, row in self.does.items()), start=0.0 * self.noise)
+
+
+def drives(*reached: float) -> Any:
+    """Drives that show a limit, by ten standard deviations, where it is below these values."""
+    return [Limited({LOWER: 10.0 * value * direction(0)}) for value in reached]
+
+
+def without(*effects: str) -> Any:
+    return SimpleNamespace(effects=[SimpleNamespace(name=name) for name in effects])
+
+
+def test_a_limit_is_open_above_the_highest_value_that_any_drive_refutes() -> None:
+    for reached in ((5.0,), (5.0, 3.0), (3.0, 5.0)):
+        found = unseen(drives(*reached), tried("brake_limit", "drive_gain"), without())
+        assert found == {"brake_limit": {"limit": pytest.approx(5.0, abs=0.05)}}
+
+
+def test_nothing_is_open_where_the_highest_limit_would_have_been_noticed() -> None:
+    assert unseen(drives(1000.0), tried("brake_limit"), without()) == {}
+    assert unseen(drives(1000.0, 3.0), tried("brake_limit"), without()) == {}
+    assert unseen(drives(5.0), tried("brake_limit"), without("brake_limit")) == {}  # the twin knows it
+    assert unseen((), tried("brake_limit"), without()) == {}
+
+
+def test_where_no_drive_shows_a_limit_all_are_open() -> None:
+    (candidate,) = tried("brake_limit")
+    found = unseen(drives(1e-3), (candidate,), without())
+    assert found["brake_limit"]["limit"] == pytest.approx(candidate.coordinates[0].key.low, rel=0.01)
+
+
+@pytest.mark.parametrize(("found", "imitated"), [(3.99, False), (4.01, True), (5.5, True)])
+def test_a_limit_that_drives_leave_open_has_to_be_lower_by_a_fifth(found: float, imitated: bool) -> None:
+    """Open from 5 on: 5 / 1.25."""
+    world = World({LOWER: 1000.0 * direction(0)}, excused=True)
+    world.model.remainder_shape = RemainderShape(unseen={"brake_limit": {"limit": 5.0}})
+    trial = a_trial(1000.0, "brake_limit", values={LOWER: found})
+    assert is_imitated(a_search(world, "brake_limit"), trial, "brake_limit") is imitated
+
+
+@pytest.mark.parametrize(("value", "older"), [(4.9, False), (5.0, True)])
+def test_a_limit_that_no_drive_came_to_may_be_older(value: float, older: bool) -> None:
+    e = NamedEffect("brake_limit", {"limit": Estimate(value, value, value, "m/s^2")}, (), 0.5)
+    doubts = _unseen(e, {"limit": 5.0})
+    assert bool(doubts) is older
+    assert all("do not come to limit = 5" in doubt for doubt in doubts)
+    assert _unseen(e, {}) == []
+    assert _unseen(e, {"other": 1.0}) == []
+
+
+def test_where_a_hill_lies_is_no_size() -> None:
+    """Else the place alone, tens of metres from nought, would always be more than a remainder imitates."""
+    (hill,) = tried("road_profile")
+    assert [c.key.name for c in sizes(hill.coordinates)] == ["height"]
+    world = World({}, excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={"road_profile": {"height": 0.4}})
+    search = a_search(world, refiners=("road_profile",))
+    for height, imitated in ((1.71, True), (1.73, False)):  # 4.3 times 0.4 is 1.72
+        values = {("road_profile", key): value for key, value in zip("xy", (80.0, -90.0), strict=True)}
+        values |= {("road_profile", "height"): height, ("road_profile", "length"): 90.0}
+        assert is_imitated(search, a_trial(0.0, "road_profile", values=values), "road_profile") is imitated
+
+
+@pytest.mark.parametrize(("imitated", "asked"), [(0.05, True), (0.01, False)])
+def test_a_quiet_effect_is_asked_for_beside_what_a_remainder_could_be(imitated: float, asked: bool) -> None:
+    """Of the drive's gain 0.1 is named already: 4.3 times 0.05 is more than that, 4.3 times 0.01 less."""
+    does = {DRIVE: 500.0 * direction(0), BRAKE: 250.0 * direction(1)}
+    world = World(does, {DRIVE: 0.9, BRAKE: 0.9}, excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
+    search = a_search(world, "drive_gain", "brake_gain")
+    found = quiet(search, search.trial(("drive_gain",), {DRIVE: 0.95}))
+    assert (found and found.names) == (("drive_gain", "brake_gain") if asked else None)
+
+
+@pytest.mark.parametrize(
+    ("size", "imitated", "there", "new"),
+    [(101.0, 0.0, 0.9, True), (99.0, 0.0, 0.9, False), (101.0, 0.03, 0.9, False), (101.0, 0.0, 1.0, False)],
+)
+def test_a_rival_has_to_be_something_that_can_be_new(size: float, imitated: float, there: float, new: bool) -> None:
+    """Ten standard deviations, more than the remainder imitates, and not refuted by data held out."""
+    world = World({DRIVE: 10.0 * np.sqrt(size) * direction(0)}, {DRIVE: 0.9}, excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
+    town = (Fold(None, World({DRIVE: 150.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
+    search = a_search(world, "drive_gain")
+    assert may_be_new(search, a_trial(0.0, "drive_gain", values={DRIVE: 0.9}), town) is new
+
+
+def test_values_are_told_as_they_are_where_the_remainder_lasts() -> None:
+    """The plain metric asks for 0.9, the one in which the remainder lasts for 0.8."""
+    lasting = World({DRIVE: 500.0 * direction(0)}, {DRIVE: 0.8})
+    world = World({DRIVE: 500.0 * direction(0)}, {DRIVE: 0.9}, excused=True, other=lasting)
+    search = a_search(world, "drive_gain")
+    plain = search.trial(("drive_gain",), {DRIVE: 0.95})
+    assert plain.values[DRIVE] == pytest.approx(0.9, abs=2e-3)
+    assert as_told(search, plain).values[DRIVE] == pytest.approx(0.8, abs=2e-3)
+    world.excused = False
+    assert as_told(search, plain) is plain
