@@ -30,10 +30,8 @@ APART = 10.0  # the same, on data held out: of twelve drives with nothing new, o
 AGREES = 0.5  # of what an effect changes on data, that they must gain by it: 1 if they ask for that size, 0 if
 # for half of it. A dead band of 0.115 m/s^2 that a hybrid car does not have gained 12 standard deviations on a drive in
 # town, where one of that size would have gained many times as much
-ALIKE = (
-    0.85  # the same, where each drive shows it by APART alone. Of 30 drives with nothing new of 12 cars of strangers
-)
-# none had such an effect; a gyro that is off by 0.5 deg/s gained 12 standard deviations on both, all that it changes
+ALIKE = 0.85  # the same, where each drive shows it by APART alone; chosen: of 30 drives with nothing new of 12 cars
+# of strangers none had such an effect; a gyro that is off by 0.5 deg/s gained 12 standard deviations on both
 STEP = 20.0  # m between places that are asked: a fit begun so far off came to the top of a hill of 16 m on a MuJoCo car
 PLACES = 100  # at most: each costs six replays of the log, and a drive of 110 s on a test ground has 50 to 70
 LOWER = 1.5  # times: a limit than the lowest found on drives with nothing new; chosen: a bus with 11.5 m/s^3 on those
