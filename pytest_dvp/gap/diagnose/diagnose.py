@@ -83,6 +83,8 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
+        if target.excused:  # the search's own rivals are of the metric in which the remainder is noise
+            found = dataclasses.replace(found, rivals={})
         for more in (_alike(search, judges, final), changing_instead(search, final)):
             both = {n: (*found.rivals.get(n, ()), *more.get(n, ())) for n in final.names}
             found = dataclasses.replace(found, rivals={n: tuple(dict.fromkeys(both[n])) for n in final.names})

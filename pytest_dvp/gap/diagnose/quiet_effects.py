@@ -42,11 +42,30 @@ FAR = 5.0  # times as large as the remainder imitates; chosen: a steering that s
 NUDGE = 0.02  # of its range, by which a value is moved to see what it would change; chosen
 PROMISE = 0.25  # of the gain that makes an effect evident: one that gains less to first order is not fitted; chosen
 _TRIED = 6  # effects, the best to first order of those that the remainder does not imitate; chosen
+_HILLS = 3  # places of one, the best to first order; chosen
 
 
-def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | None:
+def single(search: Search, final: Trial, judges: Sequence[Fold]) -> Trial | None:
+    """One effect in the place of a set, if the error that lasts is no larger with it alone, on all data together.
+
+    A search that counts the remainder as noise of each sample may put two effects in the place of one: a drive that is
+    too strong and a drag that grows with speed for the rolling resistance that was hidden.
+    """
+    base = search.trial((), {k: v for k, v in final.values.items() if k[0] not in final.names})
+    other = quiet(search, base, judges, placed=False) if final.names else None
+    if other is None or other.names == final.names:
+        return None
+    return other if _left(search, other, judges) <= _left(search, final, judges) else None
+
+
+def _left(search: Search, trial: Trial, judges: Sequence[Fold]) -> float:
+    values = as_told(search, trial).values
+    return sum(square(data.lasting().whitened(values)) for data in (search.target, *_drives_apart(judges)))
+
+
+def quiet(search: Search, base: Trial, judges: Sequence[Fold] = (), placed: bool = True) -> Trial | None:
     """The set with one effect that the remainder hides by its size only; None if there is none, or if the set names
-    what no remainder imitates.
+    what no remainder imitates. placed: hills are looked for along the way, too.
 
     The best on all data together. What data held out do not show has no say beside what they do, however much it gains
     where it is fitted: where a remainder comes and goes, something else always gains there.
@@ -70,13 +89,11 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = ()) -> Trial | N
         if not is_imitated(search, trial, name):  # what is, may gain more than all that is new
             asked += 1
             found.append(trial)
-    for candidate in search.refiners.values():
-        if (
-            is_placed(candidate) and candidate.name not in base.names
-        ):  # what a hill gains at a place nearby says little of what it gains where it is
-            options = look.remaining_chi2(candidate, along_the_way(search, candidate))
-            for _, point in sorted(options, key=lambda o: o[0])[:_TRIED]:
-                found.append(search.trial((*base.names, candidate.name), base.values | point, target=lasting))
+    hills = [c for c in search.refiners.values() if placed and is_placed(c) and c.name not in base.names]
+    for candidate in hills:  # what a hill gains at a place nearby says little of what it gains where it is
+        options = look.remaining_chi2(candidate, along_the_way(search, candidate))
+        for _, point in sorted(options, key=lambda o: o[0])[:_HILLS]:
+            found.append(search.trial((*base.names, candidate.name), base.values | point, target=lasting))
     found = [trial for trial in found if search.is_credible(trial, trial.names[-1], lasting)]
     shown = [trial for trial in found if is_evident_apart(search, trial, trial.names[-1], judges)] or [
         trial for trial in found if is_evident(search, trial, trial.names[-1], lasting, agrees=AGREES)

@@ -13,7 +13,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import quiet
+from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
 from pytest_dvp.gap.diagnose.search import PRACTICAL, PRICE, Search, SearchResult, Tick
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER, REMAINDER_ONLY
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -45,8 +45,9 @@ class SearchSpace:
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
         search.apart = self.apart
         found = search.run()
-        if self.target.excused and (hidden := quiet(search, found.final, self.judges)):
-            found = dataclasses.replace(found, final=hidden)
+        if self.target.excused:
+            hidden = single(search, found.final, self.judges) or quiet(search, found.final, self.judges)
+            found = dataclasses.replace(found, final=hidden or found.final)
         rivals = dict(found.rivals)
         return search, dataclasses.replace(found, final=refined(search, found.final, rivals), rivals=rivals)
 
