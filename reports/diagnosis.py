@@ -41,9 +41,9 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     standing, apart (judged on detections), physics, equation, parameters [{key, value, interval, unit, meaning}], fit
     and held_out {value, low, high, shown} or None (share of the error), rivals [{name, physics}], manoeuvre, reveals}],
     vetoed, remarks [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
-    that luck would reach), tiles (signals that tell most), signals [{name, unit, noise, before, after, held_before,
-    held_after, chi2_before, chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect, words)],
-    command, trial (adds what is provisional as well), plan,
+    that chance alone would reach), tiles (signals that tell most), signals [{name, unit, noise, before, after,
+    held_before, held_after, chi2_before, chi2_after} RMSE], not_excited [{name, physics, reveals}],
+    left [(aspect, words)], command, trial (adds what is provisional as well), plan,
     close {log, held_out, channel, unit, error, t, noise, measured, before, after} or None, over_time
     [{log, held_out, t, rows {name: {before, after, noise}}, units, quiet}].
 
@@ -104,7 +104,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     if null_line:
         shapes.append({"type": "line", "xref": "x", "yref": "paper", "x0": null_line, "x1": null_line, "y0": 0,
                        "y1": 1, "line": {"color": GREY, "width": 1.5, "dash": "dash"}})  # fmt: skip
-        traces.append({"type": "scatter", "mode": "lines", "name": "what luck would reach", "x": [None], "y": [None],
+        traces.append({"type": "scatter", "mode": "lines", "name": "reached by chance alone", "x": [None], "y": [None],
                        "line": {"color": GREY, "width": 1.5, "dash": "dash"}, "hoverinfo": "skip"})  # fmt: skip
     for key, name, colour, symbol, dash in (
         ("fit", "fitted on", BLUE, "circle", "solid"),

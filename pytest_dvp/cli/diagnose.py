@@ -106,6 +106,8 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.plan:
             tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
+    if source := _held_out_from(arguments, found):
+        said.append(source)
     if twins and not any(effect.name in perception_effect_names() for effect in found.effects):
         said.append("detections are as in the twin's run, as far as these data show")
     if arguments.report is not None:
@@ -125,10 +127,19 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _held_out_from(arguments: argparse.Namespace, found: Diagnosis) -> str:
+    """What the figures "held out" are of where no log is named for that; empty if one is, or if there are none."""
+    if arguments.held_out or found.ladder[0].held_out_chi2_per_n is None:
+        return ""
+    if len(arguments.logs) > 1:
+        return "held out: each log in turn, predicted from the others"
+    return "held out: the last 40 % of the log, predicted from what comes before (--held-out LOG takes another drive)"
+
+
 def _usual_time(rows: int, imposed: bool) -> str:
-    """The CPU that a diagnosis of `rows` rows takes: "usually 3 s to 520 s"; imposed: the log gives the speed."""
+    """The CPU that a diagnosis of `rows` rows takes: "3 s to 520 s, ..."; imposed: the log gives the speed."""
     low, high = (max(round(rows * each), 2) for each in (SECONDS_A_ROW_IMPOSED if imposed else SECONDS_A_ROW))
-    return f"usually {low} s to {high} s"
+    return f"{low} s to {high} s, the longer the more is missing"
 
 
 def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedParts, model: VehicleModel,
@@ -140,9 +151,11 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedPar
 
     rows = mapping_rows(read_mapping(Path(arguments.map))) if arguments.map else []
     typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments), rows)
+    source = _held_out_from(arguments, found)
     page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
     given = (found, arguments.model, fitted.texts, judged.texts, _extending(arguments))
     page["command"], page["trial"] = extend_command(*given), trial_command(*given)
+    page["remarks"] += [source] if source else []
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 

@@ -16,6 +16,7 @@ from reports.whole_file import write_whole
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pytest_dvp.logs.mapping import SignalMap
     from pytest_dvp.logs.mapping_text import Told
     from pytest_dvp.logs.stream import Stream
 
@@ -88,7 +89,8 @@ def execute(arguments: argparse.Namespace) -> int:
     elif out is None:
         print(text, end="")
     else:
-        _say_next(arguments, told, remarks, out)
+        open_ones = [s for s in unsure if told and s.name not in {one.signal.name for one in told}]
+        _say_next(arguments, told, [*_left_open(open_ones), *remarks], out)
         if model is not None and measured_drive(sure):
             print(f"  {model} takes the speed from the log; its line `longitudinal` says how to judge the drive, too")
     return 0
@@ -110,6 +112,13 @@ def _by_data(streams: Sequence[Stream], wheelbase: float | None) -> tuple[list[T
         for one in sorted(found.signals, key=lambda one: order.index(one.name) if one.name in order else len(order))
     ]
     return told, found.remarks
+
+
+def _left_open(unsure: Sequence[SignalMap]) -> list[str]:
+    """Lines on signals that only their names tell, which stand behind a # in the file until the user gives a unit."""
+    return [
+        f"left to you: {s.name} from {s.field!r} (its unit is not known); without a unit it is not read" for s in unsure
+    ]
 
 
 def _say_next(arguments: argparse.Namespace, told: Sequence[Told], remarks: Sequence[str], out: Path) -> None:

@@ -67,9 +67,11 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
         if np.isfinite(values).any() and np.nanmax(values) > np.nanmin(values)
     }
     inputs = getattr(model, "inputs", None)
+    idle: set[str] = set()
     if inputs is not None:
         longitudinal = set(inputs.longitudinal)
-        held -= ({*DRIVE, *BRAKE, "speed_cmd"} - longitudinal) | ({*STEER} - {inputs.steer})
+        idle = held & (({*DRIVE, *BRAKE, "speed_cmd"} - longitudinal) | ({*STEER} - {inputs.steer}))
+        held -= idle
         held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in STEER else set()
     imposed = set(IMPOSED) & held if inputs is not None and "v" in inputs.longitudinal else set()
     held -= imposed
@@ -81,7 +83,7 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
         if effect.slot == "perception":
             lacking = "" if seen else "needs objects, true and detected"
         else:
-            lacking = _lacking(effect.shown_by, held, imposed, value)
+            lacking = _lacking(effect.shown_by, held, imposed, idle, value)
         if lacking:
             out[effect.name] = lacking
         elif missed := _missed(effect.shown_by.usual, value):
@@ -97,11 +99,13 @@ def _judged(own: Mapping[str, Effect]) -> list[Effect]:
     return sorted([*known, *own.values()], key=lambda effect: effect.slot == "perception")
 
 
-def _lacking(rule: ShownBy, held: set[str], imposed: set[str], value: Mapping[str, float]) -> str:
+def _lacking(rule: ShownBy, held: set[str], imposed: set[str], idle: set[str], value: Mapping[str, float]) -> str:
     for group in rule.columns:
         if not held & set(group):
             if imposed & set(group):
                 return 'needs a model that does not take the speed from the log (longitudinal = "v")'
+            if there := [name for name in group if name in idle]:
+                return f"needs a model that is driven by {there[0]}"
             return "needs a column " + " or ".join(group[:3])
     return _missed(rule.drives, value)
 

@@ -249,7 +249,8 @@ def _is_smoothed(motion: Motion, channel: str, lag: float, file: str, findings: 
             None,
             f"column {channel}",
             f"{channel} is smoothed: a low-pass of {tau:.2g} s explains it better than a delay of {lag:.2f} s",
-            hint="no other stamps undo that; leave the channel out of a mapping, or log it unfiltered",
+            hint="no other stamps undo that; leave the channel out (a mapping with `only = true` and no entry for it), "
+            "or log it unfiltered",
             severity="warning",
         )
         return True

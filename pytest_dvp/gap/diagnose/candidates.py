@@ -61,6 +61,10 @@ class Candidate:
         """See the class."""
         return bool(self.effect.diagnosed.details)
 
+    def is_tied(self, other: Candidate) -> bool:
+        """True if the two effects are often confused."""
+        return other.name in self.effect.ties or self.name in other.effect.ties
+
     def weaker(self, point: Point, share: float) -> list[Point]:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
         found = dict(point)

@@ -23,7 +23,13 @@ from pytest_dvp.gap.diagnose.held_out import (
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import as_told, changing_instead, is_beyond_remainder, may_be_new
+from pytest_dvp.gap.diagnose.quiet_effects import (
+    as_told,
+    changing_instead,
+    is_beyond_remainder,
+    is_evident_apart,
+    may_be_new,
+)
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
@@ -83,11 +89,7 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        if target.excused:  # the search's own rivals are of the metric in which the remainder is noise
-            found = dataclasses.replace(found, rivals={})
-        for more in (_alike(search, judges, final), changing_instead(search, final)):
-            both = {n: (*found.rivals.get(n, ()), *more.get(n, ())) for n in final.names}
-            found = dataclasses.replace(found, rivals={n: tuple(dict.fromkeys(both[n])) for n in final.names})
+        found = dataclasses.replace(found, rivals=_rivals(search, judges, found))
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)
@@ -154,14 +156,34 @@ def _misfit(judges: Sequence[Fold]) -> bool:
     return any(check.misfit(check.trial((), {})) for check in checks)
 
 
-def _alike(search: Search, judges: Sequence[Fold], final: Trial) -> dict[str, tuple[str, ...]]:
-    """Effects by the named one that do as well in its place over parts of all data. Beside a known remainder that is
-    asked where the remainder lasts, and of what can be new at all: what the remainder could be is no rival."""
-    if not search.target.excused:
-        return rivals_over_segments(search, judges, final)
-    lasting = [fold.lasting() for fold in judges]
-    told = as_told(search, final)
-    return rivals_over_segments(search.lasting(), lasting, told, lambda other: may_be_new(search, other, judges))
+def _rivals(search: Search, judges: Sequence[Fold], found: SearchResult) -> dict[str, tuple[str, ...]]:
+    """Rivals of each effect: those that the search met, those that do as well over parts of all data, and what changes
+    while driving in the place of a constant.
+
+    Beside a known remainder that is asked where the remainder lasts. There, what not all data show as more than the
+    remainder is no rival of an effect that they show, unless the two are often confused.
+    """
+    final = found.final
+    sure: list[str] = []
+
+    def is_tied(name: str, other: str) -> bool:
+        return search.known[name].is_tied(search.known[other])
+
+    def possible(other: Trial, name: str) -> bool:
+        return name not in sure or is_tied(name, other.names[-1]) or may_be_new(search, other, judges)
+
+    if search.target.excused:
+        told = as_told(search, final)
+        sure += [name for name in final.names if is_evident_apart(search, told, name, judges)]
+        alike = rivals_over_segments(search.lasting(), [fold.lasting() for fold in judges], told, possible)
+    else:
+        alike = rivals_over_segments(search, judges, final)
+    changing = changing_instead(search, final)
+    every: dict[str, tuple[str, ...]] = {}
+    for name in final.names:
+        met = [other for other in found.rivals.get(name, ()) if name not in sure or is_tied(name, other)]
+        every[name] = tuple(dict.fromkeys((*met, *alike.get(name, ()), *changing.get(name, ()))))
+    return every
 
 
 def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial, Intervals]:

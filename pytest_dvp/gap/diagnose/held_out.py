@@ -128,10 +128,13 @@ def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
 
 
 def rivals_over_segments(
-    search: Search, judges: Sequence[Fold], best: Trial, possible: Callable[[Trial], bool] = lambda other: True
+    search: Search,
+    judges: Sequence[Fold],
+    best: Trial,
+    possible: Callable[[Trial, str], bool] = lambda other, name: True,
 ) -> dict[str, tuple[str, ...]]:
     """Effects by the named one that do as well in its place, where parts of all the data are drawn by chance.
-    possible: whether the set that ends with such an effect may be true at all.
+    possible: whether a set that ends with another effect may be true at all, in the place of this one.
 
     Where a model leaves more than noise, its errors repeat themselves from sample to sample, and a gap between two sets
     that noise could not make is no proof. Whole segments of the data fitted on and of those held out are drawn instead.
@@ -155,7 +158,9 @@ def rivals_over_segments(
             behind = segments(other)
             close = float((behind - ahead).sum()) < most
             if close and search.bootstrap_share(behind, ahead) < MIN_BOOTSTRAP_SHARE:
-                rivals += [other.names[-1]] if search.is_credible(other, other.names[-1]) and possible(other) else []
+                rivals += (
+                    [other.names[-1]] if search.is_credible(other, other.names[-1]) and possible(other, name) else []
+                )
         found[name] = tuple(rivals)
     return found
 

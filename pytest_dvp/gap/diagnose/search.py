@@ -217,7 +217,7 @@ class Search:
     def lasting(self) -> Search:
         """The same search, for which the known remainder is an error that lasts."""
         other = copy(self)
-        other.target, other._whole = self.target.lasting(), None
+        other.target = self.target.lasting()
         return other
 
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: ExperimentSet | None = None,
@@ -386,10 +386,8 @@ class Search:
 
     def _contestants(self, name: str) -> list[str]:
         """What may take the place of an effect: what came near when it was named, what is often confused with it."""
-        near = dict.fromkeys(self._near.get(name, self.tried))
-        near |= dict.fromkeys(self.known[name].effect.ties)
-        near |= dict.fromkeys(other for other, c in self.tried.items() if name in c.effect.ties)
-        return [other for other in near if other in self.tried]
+        tied = (other for other, c in self.tried.items() if c.is_tied(self.known[name]))
+        return [other for other in dict.fromkeys((*self._near.get(name, self.tried), *tied)) if other in self.tried]
 
     def cannot_tell_apart(self, best: Trial, other: Trial) -> bool:
         """True if these data do not tell the two sets apart."""

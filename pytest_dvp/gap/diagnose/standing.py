@@ -84,6 +84,7 @@ def with_standing(
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
             *_implausible(e, known[e.name], present.get(e.name, {})),
             *_imitated(e, known[e.name], present.get(e.name, {}), search.target.excused),
+            *_at_ends(e, final),
             *_unseen(e, model.remainder_shape.unseen.get(e.name, {})),
             *(_trace(e.name, evidence.held_out) if search.target.excused else []),
             *left.doubts(e.name),
@@ -152,6 +153,15 @@ def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excuse
         if not e.parameters[name].low <= given.get(name, effect.key(name).neutral) <= e.parameters[name].high:
             return []
     return ["the twin's known remainder imitates as much"]
+
+
+def _at_ends(e: NamedEffect, final: Trial) -> list[str]:
+    """Values that stand where a search has to stop: no estimates, whatever their intervals are."""
+    return [
+        f"{c.key.name} = {final.values[c.name]:.3g} {c.key.unit} stands where the search ends: no estimate"
+        for c in final.fit.coordinates
+        if c.effect == e.name and c.is_at_limit(final.values[c.name])
+    ]
 
 
 def _unseen(e: NamedEffect, open_at: Mapping[str, float]) -> list[str]:

@@ -40,7 +40,7 @@ def headline(comparison: Comparison) -> str:
     text = f"{comparison.model} misses {worst} by {amount(score)}, {math.sqrt(score.chi2_per_n):.1f} times its noise"
     if furthest not in (worst, *causes):
         more = math.sqrt(scores[furthest].chi2_per_n)
-        text += f" ({furthest} by {more:.1f} times, but it follows from speed and turn rate)"
+        text += f" ({furthest} misses by {more:.1f} times its noise, but follows from speed and turn rate)"
     steady = offset(comparison, worst)
     place = None if steady else worst_place(comparison.where, worst)
     return "; ".join([text, *late(score), *steady, *([sentence(place)] if place else [])])
@@ -110,7 +110,7 @@ def worst_place(where: Sequence[Where], channel: str) -> Where | None:
 
 def sentence(where: Where) -> str:
     """ "73 % of it in braking, which is 18 % of the time"."""
-    name = where.regime.replace("_", " ")
+    name = where.regime.replace("turn_in", "turn-in").replace("_", " ")
     link = "at" if where.kind in ("speed", "place") else "in"
     return f"{where.share_of_error:.0%} of it {link} {name}, {where.share_of_time:.0%} of the time".replace("%", " %")
 

@@ -220,6 +220,6 @@ def test_headline_names_the_cause_and_says_what_follows_from_it() -> None:
     assert furthest in ("x", "y")
     text = headline(found)
     assert " misses v by " in text
-    assert f"({furthest} by {times[furthest]:.1f} times, but it follows from speed and turn rate)" in text
+    assert f"({furthest} misses by {times[furthest]:.1f} times its noise, but follows from speed and turn rate)" in text
     one = dataclasses.replace(found, signals={"v": found.signals["v"]})
     assert "follows" not in headline(one)

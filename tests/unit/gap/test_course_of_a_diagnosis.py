@@ -70,7 +70,7 @@ class Course:
         put(module, "searched", self.searched)
         put(module, "folds", lambda logs, held_out, model, effects: self.judges)
         put(module, "judged", self.judged)
-        put(module, "_alike", lambda search, judges, best: self.note("segments", {"drive_gain": ("x",)}))
+        put(module, "rivals_over_segments", lambda *asked: self.note("segments", {"drive_gain": ("x",)}))
         put(module, "changing_instead", lambda search, final: self.note("changing", {"drive_gain": ("mass", "y")}))
         put(module, "opinions", lambda logs, model, named: self.note("opinions", {}, named))
         put(module, "votes", lambda logs, model: {"first": None})

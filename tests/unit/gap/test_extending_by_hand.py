@@ -355,7 +355,7 @@ class Diagnosing:
             "folds": lambda *asked: (),
             "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, (), False),
             "_misfit": lambda judges: judged,
-            "_alike": lambda *asked: dict.fromkeys(names, ("far", "near")),
+            "_rivals": lambda search, judges, found: dict.fromkeys(names, ("near", "far")),
             "changing_instead": lambda *asked: {}, "_measured": lambda search, final, model: (final, {}),
             "_ladder": lambda search, final: made, "_given": lambda search, gone, judges: steps, "step": told,
             "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,

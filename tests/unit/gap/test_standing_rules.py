@@ -448,7 +448,7 @@ def test_everything_that_speaks_against_an_effect_is_listed_in_its_order(monkeyp
                         {"drive_gain": change}, ("a scale is off",))  # fmt: skip
     logs: Any = [{"drive_gain": "no throttle", "brake_gain": "no brake"}, {"drive_gain": "too slow"}]
     known = {name: find_effect(name) for name in ("drive_gain", "brake_gain", "steer_ratio")}
-    final = a_trial(1000.0, "drive_gain", "brake_gain")
+    final = a_trial(1000.0, "drive_gain", "brake_gain", values={DRIVE: 1.3, BRAKE: 0.9})
     drive, brake, removed, other = with_standing(found, search, final, logs, evidence, known)
     assert drive.doubts == (
         "these data cannot tell it from mass", REMAINDER_ONLY, "these drives can hardly show it: no throttle",

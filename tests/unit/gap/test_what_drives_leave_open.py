@@ -13,12 +13,13 @@ from pytest_dvp.gap.diagnose.candidates import sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import unseen
-from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_imitated, may_be_new, quiet
+from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_imitated, may_be_new, quiet, single
 from pytest_dvp.gap.diagnose.standing import _unseen
-from tests.unit.gap.linear_world import BRAKE, DRIVE, World, a_search, a_trial, direction, tried
+from tests.unit.gap.linear_world import BRAKE, DRIVE, NOISE, ROWS, World, a_search, a_trial, direction, tried
 from vehicle.model.remainder_shape import RemainderShape
 
 LOWER = ("brake_limit", "limit")
+RATIO = ("steer_ratio", "g")
 
 
 class Limited(World):
@@ -100,16 +101,20 @@ def test_a_quiet_effect_is_asked_for_beside_what_a_remainder_could_be(imitated: 
 
 
 @pytest.mark.parametrize(
-    ("size", "imitated", "there", "new"),
-    [(101.0, 0.0, 0.9, True), (99.0, 0.0, 0.9, False), (101.0, 0.03, 0.9, False), (101.0, 0.0, 1.0, False)],
-)
-def test_a_rival_has_to_be_something_that_can_be_new(size: float, imitated: float, there: float, new: bool) -> None:
-    """Ten standard deviations, more than the remainder imitates, and not refuted by data held out."""
+    ("size", "imitated", "there", "town", "new"),
+    [(101.0, 0.0, 0.9, 101.0, True), (99.0, 0.0, 0.9, 101.0, False), (101.0, 0.03, 0.9, 101.0, False),
+     (101.0, 0.0, 1.0, 101.0, False), (101.0, 0.0, 0.9, 99.0, False)],
+)  # fmt: skip
+def test_a_rival_of_what_all_drives_show_is_shown_by_all_of_them(
+    size: float, imitated: float, there: float, town: float, new: bool
+) -> None:
+    """By ten standard deviations on each drive, as more than the remainder imitates, and refuted by none."""
     world = World({DRIVE: 10.0 * np.sqrt(size) * direction(0)}, {DRIVE: 0.9}, excused=True)
     world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
-    town = (Fold(None, World({DRIVE: 150.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
+    apart = World({DRIVE: 10.0 * np.sqrt(town) * direction(0)}, {DRIVE: there})
     search = a_search(world, "drive_gain")
-    assert may_be_new(search, a_trial(0.0, "drive_gain", values={DRIVE: 0.9}), town) is new
+    trial = a_trial(0.0, "drive_gain", values={DRIVE: 0.9})
+    assert may_be_new(search, trial, (Fold(None, apart),)) is new  # type: ignore[arg-type]
 
 
 def test_values_are_told_as_they_are_where_the_remainder_lasts() -> None:
@@ -122,3 +127,31 @@ def test_values_are_told_as_they_are_where_the_remainder_lasts() -> None:
     assert as_told(search, plain).values[DRIVE] == pytest.approx(0.8, abs=2e-3)
     world.excused = False
     assert as_told(search, plain) is plain
+
+
+def test_one_effect_is_told_in_the_place_of_two_that_explain_no_more() -> None:
+    """What is hidden lies between what the two do; the plain metric, blind to one part of it, likes the two better."""
+    both = 0.5 * np.sqrt(2.0) * (direction(0) + direction(1))
+    does = {DRIVE: 500.0 * direction(0), BRAKE: 500.0 * direction(1), RATIO: 500.0 * both}
+    each = 1.0 - 0.05 * np.sqrt(2.0)
+    world = World(does, {DRIVE: each, BRAKE: each}, excused=True)
+    search = a_search(world, "drive_gain", "brake_gain", "steer_ratio")
+    two = search.trial(("drive_gain", "brake_gain"), {DRIVE: 0.95, BRAKE: 0.95})
+    assert two.chi2 == pytest.approx(ROWS, rel=0.02)
+    found = single(search, two, ())
+    assert (found and found.names) == ("steer_ratio",)
+    alone = search.trial(("steer_ratio",), {RATIO: 0.95})
+    assert single(search, alone, ()) is None  # it is the same
+    assert single(search, search.trial((), {}), ()) is None
+    does[RATIO] = 500.0 * (0.8 * both + 0.6 * direction(2))  # now it does what nothing asks for, too
+    assert single(search, two, ()) is None
+
+
+def test_a_limit_that_one_drive_alone_asks_for_is_not_told() -> None:
+    world = Limited({LOWER: 1000.0 * direction(0)}, excused=True, noise=NOISE - 200.0 * direction(0))
+    search = a_search(world, "brake_limit")
+    assert search.trial(("brake_limit",), {LOWER: 6.0}).chi2 < ROWS * 1.02  # a limit of 5 m/s^2 explains it
+    assert quiet(search, search.trial((), {})) is None
+    town = Limited({LOWER: 1000.0 * direction(0)}, noise=NOISE - 200.0 * direction(0))
+    found = quiet(search, search.trial((), {}), (Fold(None, town),))  # type: ignore[arg-type]
+    assert (found and found.names) == ("brake_limit",)

@@ -376,7 +376,8 @@ def compared(signals: dict[str, SignalScore], where: tuple[Where, ...] = (), **m
         ({"v": score(4.0)}, "M misses v by 0.25 m/s, 2.0 times its noise"),
         ({"v": score(4.0), "yaw_rate": score(9.0)}, "M misses yaw_rate by 0.25 m/s, 3.0 times its noise"),
         ({"v": score(4.0), "x": score(16.0)},
-         "M misses v by 0.25 m/s, 2.0 times its noise (x by 4.0 times, but it follows from speed and turn rate)"),
+         "M misses v by 0.25 m/s, 2.0 times its noise (x misses by 4.0 times its noise, but follows from speed and "
+         "turn rate)"),
         ({"v": score(1.3), "x": score(16.0)}, "M misses x by 0.25 m/s, 4.0 times its noise"),
         ({"v": score(4.0, lag=0.02)}, "M misses v by 0.25 m/s, 2.0 times its noise; it comes 0.02 s later than in the "
          "model"),
