@@ -19,6 +19,7 @@ from vehicle.model.remainder import Remainder
 SHOWN = 3  # signals whose own error the ladder shows
 _SIGNS = {"add": "+", "change": "~", "remove": "-"}
 SLIGHT = 0.01  # of the error: what explains less is told apart
+LEADING = 4  # effects that the first sentence names
 WIDTH = 112  # of a line, about
 
 
@@ -144,15 +145,19 @@ def causes(step: Step, limit: int = SHOWN) -> list[str]:
 
 
 def _lacks(found: Diagnosis, model: str) -> str:
-    """ "car.toml lacks a and may lack one of b, c": what is provisional is said as such."""
+    """ "car.toml lacks a and may lack one of b, c": what is provisional is said as such, what explains most first."""
     parts = []
     wanted = [e for e in found.effects if e.action == "add"]
-    # a reader with a deadline adds what matters; the rest is in the table
+    # a reader with a deadline adds what matters; the rest is in the table, as are the rivals of many
     chief = sorted((e for e in wanted if e.gain >= SLIGHT), key=lambda e: -e.gain) or wanted
-    few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
+    more, chief = chief[LEADING:], chief[:LEADING]
+    words = _choice if len(wanted) <= LEADING else _or_another
+    few = [words(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in (*chief, *more)]
     for does, mine in _by_standing(chief, "lacks", "may lack"):
-        parts.append(f"{does} {_and([_choice(e) for e in mine])}")
-    if few:
+        parts.append(f"{does} {_and([words(e) for e in mine])}")
+    if more:
+        parts[-1] += f", and {len(more) + len(few)} more of less weight (in the table)"
+    elif few:
         parts[-1] += f", and by far less {_and(few)}"
     for does, mine in _by_standing([e for e in found.effects if e.action == "change"], "has", "may have"):
         parts.append(f"{does} another {_and([e.name for e in mine])} than the car")
@@ -173,6 +178,10 @@ def _choice(effect: NamedEffect) -> str:
     if not effect.rivals:
         return effect.name
     return f"{effect.name} (or {' or '.join(effect.rivals)}: these data cannot tell)"
+
+
+def _or_another(effect: NamedEffect) -> str:
+    return f"{effect.name} (or another)" if effect.rivals else effect.name
 
 
 def _and(words: Sequence[str]) -> str:

@@ -168,6 +168,13 @@ def effect(name: str, gain: float = 1.0, **more: Any) -> NamedEffect:
          "M lacks a, and by far less b (or r: these data cannot tell) and c (or r: these data cannot tell)"),
         ((effect("a"), *(effect(n, 0.001, rivals=("r",)) for n in "bcd")), "M lacks a, and by far less b, c and d"),
         ((effect("a", 0.001),), "M lacks a"),
+        (tuple(effect(n, 0.9 - 0.1 * k, rivals=("r",) if k else ()) for k, n in enumerate("abcde")),
+         "M lacks a, b (or another), c (or another) and d (or another), and 1 more of less weight (in the table)"),
+        ((*(effect(n, 0.5) for n in "abcde"), effect("f", 0.001)),
+         "M lacks a, b, c and d, and 2 more of less weight (in the table)"),
+        (tuple(effect(n, 0.5, rivals=("r",)) for n in "abcd"),
+         "M lacks a (or r: these data cannot tell), b (or r: these data cannot tell), c (or r: these data cannot tell) "
+         "and d (or r: these data cannot tell)"),
         ((effect("a", action="change"), effect("b", action="change", standing="provisional")),
          "M has another a than the car and may have another b than the car"),
         ((effect("a", action="remove", standing="provisional"),), "M may have a, which the car does not"),
