@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from openscenario.findings import Findings
     from pytest_dvp.logs.log import Log
     from pytest_dvp.logs.mapping_proposal import propose
-    from pytest_dvp.logs.mapping_text import mapping_text
+    from pytest_dvp.logs.mapping_text import mapping_text, open_signals
     from pytest_dvp.logs.read_log import read_streams
     from pytest_dvp.recognition.starting_model import measured_drive, starting_model
 
@@ -89,8 +89,7 @@ def execute(arguments: argparse.Namespace) -> int:
     elif out is None:
         print(text, end="")
     else:
-        open_ones = [s for s in unsure if told and s.name not in {one.signal.name for one in told}]
-        _say_next(arguments, told, [*_left_open(open_ones), *remarks], out)
+        _say_next(arguments, told, [*_left_open(open_signals(streams, told)), *remarks], out)
         if model is not None and measured_drive(sure):
             print(f"  {model} takes the speed from the log; its line `longitudinal` says how to judge the drive, too")
     return 0
@@ -114,11 +113,9 @@ def _by_data(streams: Sequence[Stream], wheelbase: float | None) -> tuple[list[T
     return told, found.remarks
 
 
-def _left_open(unsure: Sequence[SignalMap]) -> list[str]:
-    """Lines on signals that only their names tell, which stand behind a # in the file until the user gives a unit."""
-    return [
-        f"left to you: {s.name} from {s.field!r} (its unit is not known); without a unit it is not read" for s in unsure
-    ]
+def _left_open(signals: Sequence[SignalMap]) -> list[str]:
+    """Lines on signals that names alone tell."""
+    return [f"left to you: {s.name} from {s.field!r} by its name; it is not read until you decide" for s in signals]
 
 
 def _say_next(arguments: argparse.Namespace, told: Sequence[Told], remarks: Sequence[str], out: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import textwrap
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,6 +35,36 @@ class Told:
     doubt: str = ""
 
 
+class _ByName(NamedTuple):
+    """Signals that names and units in the file tell beside what the data say. certain: with a unit; the others stand
+    behind a # in the file: unsure without a unit, fix of a satellite receiver, guesses with what else they may be."""
+
+    certain: tuple[SignalMap, ...]
+    unsure: tuple[SignalMap, ...]
+    fix: Sequence[SignalMap]
+    guesses: Sequence[tuple[SignalMap, Sequence[str]]]
+
+    @property
+    def open(self) -> tuple[SignalMap, ...]:
+        """What is left to the user."""
+        return (*self.unsure, *self.fix, *(signal for signal, _ in self.guesses))
+
+
+def _by_name(streams: Sequence[Stream], told: Sequence[Told]) -> _ByName:
+    named = {one.signal.name for one in told if not one.doubt}
+    mapping, found = propose(_without(streams, {(one.signal.topic, one.signal.field) for one in told}))
+    certain = tuple(signal for signal in mapping.signals if signal.name not in named)
+    unsure = tuple(signal for signal in found if signal.name not in named)
+    taken = [*(one.signal for one in told), *certain, *unsure]
+    fix = fix_of([(s, f) for s in streams for f in s.fields], {signal.name for signal in taken})
+    return _ByName(certain, unsure, fix, guessed(streams, (*taken, *fix)))
+
+
+def open_signals(streams: Sequence[Stream], told: Sequence[Told]) -> tuple[SignalMap, ...]:
+    """Signals behind a # in the file, for names alone tell them: they are not read until the user decides."""
+    return _by_name(clock_of(streams)[0], told).open
+
+
 def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: Sequence[str] = ()) -> str:
     """The proposal as a TOML file. told: what the data say of signals; it goes before what names say. remarks: further
     sentences on what was seen.
@@ -41,17 +72,12 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
     What is certain comes first; what is likely is commented out until the user decides it.
     """
     streams, clock, why = clock_of(streams)
-    by_data = {(one.signal.topic, one.signal.field) for one in told}
-    named = {one.signal.name for one in told if not one.doubt}
-    mapping, unsure = propose(_without(streams, by_data))
-    mapping = dataclasses.replace(mapping, signals=tuple(s for s in mapping.signals if s.name not in named))
-    unsure = tuple(signal for signal in unsure if signal.name not in named)
-    certain = [*(one.signal for one in told), *mapping.signals, *unsure]
+    by_name = _by_name(streams, told)
+    unsure, fix, guesses = by_name.unsure, by_name.fix, by_name.guesses
+    certain = [*(one.signal for one in told), *by_name.certain, *unsure]
     fields = [(s, f) for s in streams for f in s.fields]
-    fix = fix_of(fields, {signal.name for signal in certain})
-    guesses = guessed(streams, (*certain, *fix))
     lines = [
-        *_head(told, mapping.signals, (*unsure, *fix, *(signal for signal, _ in guesses)), remarks),
+        *_head(told, by_name.certain, by_name.open, remarks),
         "[log]",
         f'time = "{_quoted(clock)}"             # {why}',
         *time_unit(streams, clock),
@@ -79,7 +105,7 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
             ]
         else:
             lines += ["", *_comment(f"by the data: {one.evidence}"), *_entry(one.signal, streams, measured=True)]
-    for signal in mapping.signals:
+    for signal in by_name.certain:
         lines += ["", *_entry(signal, streams)]
     for signal in unsure:
         lines += [

@@ -387,6 +387,9 @@ def test_a_model_that_takes_the_speed_from_the_log_shows_nothing_of_it(sound: Co
     assert of_speed <= set(imposed.out_of_reach)
     assert 'longitudinal = "v"' in imposed.out_of_reach["wheel_radius"]
     assert {"gyro_bias", "steer_delay"} <= set(imposed.within_reach)
+    assert imposed.out_of_reach["drive_delay"] == "needs a model that is driven by accel_cmd"  # the log has it
+    lacking = excitation(log_of(without(sound, "accel_cmd")), parse_model(sheet.format("v")))
+    assert lacking.out_of_reach["drive_delay"].startswith("needs a column accel_cmd")
 
 
 def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Columns) -> None:

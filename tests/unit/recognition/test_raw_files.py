@@ -60,6 +60,21 @@ def test_each_line_says_why(tmp_path: Path) -> None:
         assert words in entry.replace("\n# ", " ")
 
 
+def test_what_a_name_alone_tells_is_left_to_the_user_in_the_file_and_in_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An acceleration that shakes so much that it follows from nothing else."""
+    true = truth()
+    shaken = 9.0 * np.random.default_rng(7).standard_normal(len(true["t"]))
+    columns = [true[name] for name in ("t", "x", "y", "yaw", "v", "yaw_rate")]
+    log, mapping = tmp_path / "shaken.csv", tmp_path / "map.toml"
+    head = "t,x [m],y [m],yaw [rad],v [m/s],yaw_rate [rad/s],acc x (IMU)"
+    np.savetxt(log, np.column_stack([*columns, shaken]), delimiter=",", header=head, comments="", fmt="%.9g")
+    assert main(["map", str(log), "--out", str(mapping)]) == 0
+    assert "# left to you below: ax\n" in mapping.read_text()
+    assert "left to you: ax from 'acc x (IMU)' by its name; it is not read until you decide" in capsys.readouterr().out
+
+
 def test_what_the_data_cannot_decide_is_left_to_the_user(tmp_path: Path) -> None:
     true = truth()
     log = tmp_path / "few.csv"
