@@ -53,7 +53,7 @@ def single(search: Search, final: Trial, judges: Sequence[Fold]) -> Trial | None
     too strong and a drag that grows with speed for the rolling resistance that was hidden.
     """
     base = search.trial((), {k: v for k, v in final.values.items() if k[0] not in final.names})
-    other = quiet(search, base, judges, placed=False) if final.names else None
+    other = quiet(search, base, judges, placed=search.misfit(final)) if final.names else None
     if other is None or other.names == final.names:
         return None
     more = APART**2 * (len(final.names) - 1)
@@ -67,7 +67,7 @@ def _left(search: Search, trial: Trial, judges: Sequence[Fold]) -> float:
 
 def quiet(search: Search, base: Trial, judges: Sequence[Fold] = (), placed: bool = True) -> Trial | None:
     """The set with one effect that the remainder hides by its size only; None if there is none, or if the set names
-    what no remainder imitates. placed: hills are looked for along the way, too.
+    what no remainder imitates. placed: hills are looked for along the way, too, which takes as long as all else.
 
     The best on all data together. What data held out do not show has no say beside what they do, however much it gains
     where it is fitted: where a remainder comes and goes, something else always gains there.
@@ -105,7 +105,10 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = (), placed: bool
     ]
     if not shown:
         return None
-    best = max(shown, key=lambda trial: sum(_gains(search, trial, trial.names[-1], judges)))
+    best = max(shown, key=lambda trial: _gain(search, trial, judges))
+    simpler = [t for t in shown if t.names[-1] == search.contained(best.names[-1])]
+    if simpler and _gain(search, simpler[0], judges) > _gain(search, best, judges) - APART**2:
+        best = simpler[0]  # a steering ratio, and not one for each side
     return search.trial(best.names, best.values)
 
 
@@ -116,9 +119,10 @@ def as_told(search: Search, trial: Trial) -> Trial:
     return search.trial(trial.names, trial.values, zoom=True, target=target.lasting()) if target.excused else trial
 
 
-def _gains(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> list[float]:
-    """What the data fitted on, and each drive held out, gain by an effect (chi^2)."""
-    return [_shown(search, trial, name, data).gain for data in (search.target, *_drives_apart(judges))]
+def _gain(search: Search, trial: Trial, judges: Sequence[Fold]) -> float:
+    """What the data fitted on and the drives held out gain by the last effect of a set (chi^2)."""
+    every = (search.target, *_drives_apart(judges))
+    return sum(_shown(search, trial, trial.names[-1], data).gain for data in every)
 
 
 def _is_limit(candidate: Candidate) -> bool:
