@@ -124,6 +124,7 @@ def diagnose(
         evident=[
             name for name in final.names if target.excused and is_beyond_remainder(search, measured, name, judges)
         ],
+        told=measured,
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)

@@ -39,13 +39,15 @@ SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out
 class Evidence:
     """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
     the second engine, and how values change while driving; scales: what speaks against the fitted input scales;
-    evident: effects that both data show beyond the known remainder (`quiet_effects`)."""
+    evident: effects that both data show beyond the known remainder (`quiet_effects`); told: the set with the values
+    that are told, where those are not of the search."""
 
     held_out: Mapping[str, float]
     opinions: Mapping[str, Opinion]
     dependence: Mapping[str, Dependence]
     scales: Sequence[str] = ()
     evident: Collection[str] = ()
+    told: Trial | None = None
 
 
 def with_standing(
@@ -64,7 +66,7 @@ def with_standing(
         for name in (e.name for e in named)
         if reached and all(name in one.out_of_reach for one in reached)
     }
-    left = _Left(search, final)
+    left = _Left(search.lasting() if search.target.excused else search, evidence.told or final)
     model = search.target.experiments[0].model
     present = {a.name: a.values for a in model.effects}
     found = []
