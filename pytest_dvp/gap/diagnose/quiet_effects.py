@@ -9,7 +9,7 @@ held out do not show, if it is several times as large as the remainder imitates:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -88,7 +88,7 @@ def quiet(search: Search, base: Trial, judges: Sequence[Fold] = (), placed: bool
         if asked == _TRIED or now.chi2 - left < PROMISE * EVIDENT**2:
             break
         trial = search.trial((*base.names, name), base.values | point, target=lasting)
-        if not is_imitated(search, trial, name):  # what is, may gain more than all that is new
+        if not is_imitated(search, trial, name, _times(judges)):  # what is, may gain more than all that is new
             asked += 1
             found.append(trial)
     hills = [c for c in search.refiners.values() if placed and is_placed(c) and c.name not in base.names]
@@ -151,16 +151,23 @@ def along_the_way(search: Search, candidate: Candidate) -> list[dict[tuple[str, 
 
 
 def is_evident(
-    search: Search, trial: Trial, name: str, data: ExperimentSet, least: float = EVIDENT, agrees: float = 0.0
+    search: Search,
+    trial: Trial,
+    name: str,
+    data: ExperimentSet,
+    least: float = EVIDENT,
+    agrees: float = 0.0,
+    times: float = IMITATED,
 ) -> bool:
     """True if the data stand far from the model without the effect, and its value from what the remainder imitates.
 
-    least: by how many standard deviations; agrees: share of what the effect changes that the data must gain by it.
+    least: by how many standard deviations; agrees: share of what the effect changes that the data must gain by it;
+    times: see `is_imitated`.
 
     The other effects of the set may make up for it, to first order: drag and rolling resistance say much the same, and
     with one of them taken away alone the other one is wrong as well.
     """
-    if is_imitated(search, trial, name):
+    if is_imitated(search, trial, name, times):
         return False
     shown = _shown(search, trial, name, data)
     return min(shown.alone, shown.gain) > least**2 and shown.gain >= agrees * shown.changed
@@ -234,9 +241,19 @@ def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[F
     apart = _drives_apart(judges)
     if not apart:
         return False
-    if is_evident(search, trial, name, search.target, agrees=AGREES):
-        return all(is_evident(search, trial, name, data, APART, AGREES) for data in apart)
-    return all(is_evident(search, trial, name, data, APART, ALIKE) for data in (search.target, *apart))
+
+    def shows(data: ExperimentSet, least: float, agrees: float) -> bool:
+        return is_evident(search, trial, name, data, least, agrees, _times(judges))
+
+    if shows(search.target, EVIDENT, AGREES):
+        return all(shows(data, APART, AGREES) for data in apart)
+    return all(shows(data, APART, ALIKE) for data in (search.target, *apart))
+
+
+def _times(judges: Sequence[Fold]) -> float:
+    """How far beyond what the remainder imitates a value has to be that all drives ask for: the mean of n such drives
+    strays by 1/sqrt(n) of what one of them does."""
+    return IMITATED / sqrt(1.0 + len(_drives_apart(judges)))
 
 
 def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
@@ -253,7 +270,8 @@ def may_be_new(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:
     remainder alone could be, or one drive refutes or cannot show, is no rival of what all of them show.
     """
     every = (search.target, *_drives_apart(judges))
-    return all(is_evident(search, trial, trial.names[-1], data, APART, AGREES) for data in every)
+    times = _times(judges)
+    return all(is_evident(search, trial, trial.names[-1], data, APART, AGREES, times) for data in every)
 
 
 def _is_contradicted(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:

@@ -85,7 +85,9 @@ def with_standing(
             *([f"these drives can hardly show it: {missed[e.name]}"] if e.name in missed else []),
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
             *_implausible(e, known[e.name], present.get(e.name, {})),
-            *_imitated(e, known[e.name], present.get(e.name, {}), search.target.excused),
+            *_imitated(
+                e, known[e.name], present.get(e.name, {}), search.target.excused and e.name not in evidence.evident
+            ),
             *_at_ends(e, final),
             *_unseen(e, model.remainder_shape.unseen.get(e.name, {})),
             *(_trace(e.name, evidence.held_out) if search.target.excused else []),
