@@ -138,7 +138,8 @@ class Course:
             "estimates": lambda final, search: {DRIVE: one(0.8), ("mass", "ratio"): one(1.1)},
             "judge_addition": self._judged("add"), "judge_removal": self._removed,
             "judge_perception": self._perception, "_extended": self._note("extended", "model"),
-            "_with_remainder": lambda extended, *more: extended, "worse_together": lambda steps: ["worse"],
+            "_with_remainder": lambda extended, *more: extended, "_beside_remainder": lambda *asked: {},
+            "worse_together": lambda steps: ["worse"],
         }.items():  # fmt: skip
             monkeypatch.setattr(extend_module, name, value)
 
@@ -189,7 +190,7 @@ def test_what_moves_is_fitted_and_what_is_seen_is_told_by_detections(monkeypatch
     course = Course(monkeypatch)
     found = course.run(add=["mass", "detection_latency"], remove=["drive_gain", "detection_yaw"], fitted_on=["a.csv"],
                        start={("mass", "ratio"): 1.2}, twins={"s": None})  # fmt: skip
-    assert course.ticks == ["preparing", "fitting", "held-out data"]
+    assert course.ticks == ["preparing", "fitting", "held-out data", "fitting beside what is left"]
     assert course.asked["search"] == (["mass"], ["drive_gain"])
     begin, kept, chosen = course.asked["fitted"]
     assert begin == {("inputs", "a"): 1.0, DRIVE: 0.9, ("detection_yaw", "b"): 0.1, ("mass", "ratio"): 1.2}

@@ -14,7 +14,9 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import unseen
 from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_imitated, may_be_new, quiet, single
+from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import _unseen
+from pytest_dvp.gap.extend import extend as module
 from tests.unit.gap.linear_world import BRAKE, DRIVE, NOISE, ROWS, World, a_search, a_trial, direction, tried
 from vehicle.model.remainder_shape import RemainderShape
 
@@ -102,7 +104,7 @@ def test_a_quiet_effect_is_asked_for_beside_what_a_remainder_could_be(imitated: 
 
 @pytest.mark.parametrize(
     ("size", "imitated", "there", "town", "new"),
-    [(101.0, 0.0, 0.9, 101.0, True), (99.0, 0.0, 0.9, 101.0, False), (101.0, 0.03, 0.9, 101.0, False),
+    [(101.0, 0.0, 0.9, 101.0, True), (99.0, 0.0, 0.9, 101.0, False), (101.0, 0.034, 0.9, 101.0, False),
      (101.0, 0.0, 1.0, 101.0, False), (101.0, 0.0, 0.9, 99.0, False)],
 )  # fmt: skip
 def test_a_rival_of_what_all_drives_show_is_shown_by_all_of_them(
@@ -167,3 +169,26 @@ def test_of_two_of_which_one_contains_the_other_the_simpler_one_is_told(right: f
     search = a_search(world, "steer_ratio", "steer_asymmetry")
     found = quiet(search, search.trial((), {}))
     assert (found and found.names) == (told,)
+
+
+@pytest.mark.parametrize(("there", "better"), [(0.8, True), (0.9, False), (0.85, False)])
+def test_a_twin_is_fitted_once_more_where_its_remainder_lasts_if_data_held_out_are_better_by_that(
+    there: float, better: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plain fit said 0.9, with the remainder as an error that lasts it is 0.8; the other drive says so or not."""
+    worlds = {name: World({DRIVE: 1000.0 * direction(0)}, {DRIVE: value}) for name, value in (("a", 0.8), ("b", there))}
+    monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
+    monkeypatch.setattr(module, "_kept", lambda twin, named: tried("drive_gain"))
+    monkeypatch.setattr(module, "_search", lambda target, twin, kept, lost: Search(target, kept))
+    monkeypatch.setattr(module, "_values", lambda twin: {DRIVE: 0.9})
+    monkeypatch.setattr(
+        module, "estimates", lambda found, search: {k: Estimate(v, v, v, "-") for k, v in found.values.items()}
+    )
+    twin: Any = SimpleNamespace(remainder={"v": 1.0})
+    logs: Any = {"a": None}
+    found = module._beside_remainder(twin, logs, {"b": None}, ())  # type: ignore[dict-item]
+    assert {key: round(e.value, 3) for key, e in found.items()} == ({DRIVE: 0.8} if better else {})
+    assert module._beside_remainder(twin, logs, {}, ()) == {}
+    assert module._beside_remainder(SimpleNamespace(remainder={}), logs, {"b": None}, ()) == {}  # type: ignore[arg-type, dict-item]
+    e = NamedEffect("drive_gain", {"g": Estimate(0.9, 0.8, 1.0, "-")})
+    assert module._told_anew(e, found).parameters["g"].value == pytest.approx(0.8 if better else 0.9, abs=2e-3)
