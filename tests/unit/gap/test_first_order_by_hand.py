@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.imitation import imitation
+from pytest_dvp.gap.diagnose.imitation import imitation, moderated
 
 REST = np.array([5.0, 3.0, 4.0])  # chi^2 50, of which 25 lies along what is fitted already: the first component
 
@@ -158,6 +158,7 @@ def test_what_a_remainder_imitates(
     rest: tuple[float, float], slope: float, points: tuple[float, ...], off: float | None, monkeypatch: Any
 ) -> None:
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.moderated", lambda found, formal, count: found)
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.rounded_imitation", lambda found: found)
     found: Any = imitation([drives(rest, slope)], [asked_for(points)])
     if off is None:
@@ -167,9 +168,37 @@ def test_what_a_remainder_imitates(
         assert found["brake_gain.g"] == pytest.approx([off] * places, rel=1e-5, abs=1e-12)
 
 
+def test_what_hardly_strays_by_chance_is_moderated_by_what_all_stray() -> None:
+    """Three keys stray by 2, 2 and 0 of their formal standard deviations: the median square is 4, and so of each
+    4 / 0.455 = 8.8 are to be expected. Of two drives, the squares found count for 2, what is to be expected for 4."""
+    formal = {("a", "k"): [1.0, 1.0], ("b", "k"): [0.1, 0.1], ("c", "k"): [1.0, 1.0]}
+    found = {("a", "k"): [2.0, -2.0], ("b", "k"): [0.2, 0.2], ("c", "k"): [0.0, 0.0]}
+    expected = 4.0 / 0.455
+    assert moderated(found, formal, 2) == {
+        ("a", "k"): [pytest.approx(np.sqrt((2.0 * 4.0 + 4.0 * expected) / 6.0))],
+        ("b", "k"): [pytest.approx(0.1 * np.sqrt((2.0 * 4.0 + 4.0 * expected) / 6.0))],
+        ("c", "k"): [pytest.approx(np.sqrt(4.0 * expected / 6.0))],
+    }
+    assert moderated({}, {}, 2) == {}
+    assert moderated({("a", "k"): [3.0]}, {("a", "k"): [0.0]}, 1) == {("a", "k"): [pytest.approx(3.0 / np.sqrt(5.0))]}
+
+
+def test_the_formal_deviation_of_what_is_imitated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A key that changes a residual by 10 over its range of 2 is known to 0.2."""
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    seen: list[Any] = []
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.moderated", lambda *asked: seen.append(asked) or {})
+    imitation([drives((3.0, 4.0), 10.0), drives((1.0, 4.0), -10.0)], [asked_for((0.0,))])
+    ((found, formal, count),) = seen
+    assert found["brake_gain.g"] == pytest.approx([-0.6, 0.2], rel=1e-5)
+    assert formal["brake_gain.g"] == pytest.approx([0.2, 0.2], rel=1e-5)
+    assert count == 2
+
+
 @pytest.mark.parametrize(("how", "known"), [(True, False), (False, True)])
 def test_a_key_that_only_says_how_imitates_nothing_alone(how: bool, known: bool, monkeypatch: Any) -> None:
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: how)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.moderated", lambda found, formal, count: found)
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.rounded_imitation", lambda found: found)
     two = asked_for((0.0,))
     idle = SimpleNamespace(name="other", key=None, to_unit=float, value=float, slope=lambda u: 1.0)
