@@ -16,6 +16,9 @@ Standing: TypeAlias = Literal["confirmed", "provisional"]
 SecondEngine: TypeAlias = Literal["agrees", "disagrees", "silent"]
 
 
+SAME = 0.5  # of a zero that was fitted: by no more, that of another run may differ and be the car's; chosen
+
+
 @dataclasses.dataclass(frozen=True, slots=True)
 class Estimate:
     """A fitted value with its 95 % interval, in `unit`."""
@@ -63,6 +66,13 @@ class NamedEffect:
             "second_engine": self.second_engine,
             "depends_on": self.depends_on.as_dict() if self.depends_on else None,
         }
+
+
+def _differs(e: NamedEffect, run: Mapping[tuple[str, str], float]) -> bool:
+    """True if a run has another value of its own than the one that was fitted."""
+    mine = {key: value for (name, key), value in run.items() if name == e.name}
+    fitted = {key: e.parameters[key].value for key in mine if key in e.parameters}
+    return any(key not in fitted or abs(value - fitted[key]) > SAME * abs(fitted[key]) for key, value in mine.items())
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -139,8 +149,10 @@ class Diagnosis:
 
     @property
     def set_up(self) -> tuple[str, ...]:
-        """Effects that differ from run to run: these values are those of the runs fitted on, not the car's."""
-        return tuple(n for n in self.names if n in run_setups()) if self.ladder[-1].held_out_setups else ()
+        """Effects that differ from run to run: these values are those of the runs fitted on, not the car's. One that a
+        held-out run has as well, by at least half and at most one and a half times, is the car's."""
+        zeros = [e for e in self.effects if e.name in run_setups()]
+        return tuple(e.name for e in zeros if any(_differs(e, run) for run in self.ladder[-1].held_out_setups))
 
     def as_dict(self) -> dict[str, Any]:
         """The document of `diagnose --json`."""

@@ -58,6 +58,17 @@ def test_what_is_of_the_run_is_told_with_the_values_of_each_held_out_run() -> No
     assert lines[1:] == ["held out: gyro_bias.b = 0.0123, steer_offset.d = -0.500", "held out: none of them"]
 
 
+@pytest.mark.parametrize(
+    ("there", "of_the_run"),
+    [(0.0020, True), (0.0022, False), (0.0042, False), (0.0062, False), (0.0064, True), (-0.0042, True)],
+)
+def test_a_zero_that_another_run_has_as_well_is_the_cars(there: float, of_the_run: bool) -> None:
+    zero = NamedEffect("steer_offset", {"offset": Estimate(0.0042, 0.004, 0.0044, "rad")})
+    last = dataclasses.replace(STEP, held_out_setups=({("steer_offset", "offset"): there}, {}))
+    found = dataclasses.replace(DIAGNOSIS, effects=(zero, effect("mass", 0.3, 0.1)), ladder=(STEP, last))
+    assert found.set_up == (("steer_offset",) if of_the_run else ())
+
+
 class White:
     """Noise that does not repeat."""
 
