@@ -253,9 +253,9 @@ def test_held_out_loss_writes_nothing_and_keeps_what_was_there(here: Path, capsy
     """What is fitted to the late car makes the prompt one late, too."""
     (here / "new.toml").write_text("# mine\n")
     assert extend("--fit", "one.csv", "--held-out", "prompt.csv") == 1
-    told = capsys.readouterr()
-    assert told.err.count("\n") == 1
-    assert "new.toml is not written: steer_delay loses on held-out data, chi²/N 1" in told.err
+    *progress, said = capsys.readouterr().err.splitlines()  # on a busy machine, progress comes before
+    assert "new.toml is not written: steer_delay loses on held-out data, chi²/N 1" in said
+    assert all(line.endswith("s)") for line in progress)
     assert (here / "new.toml").read_text() == "# mine\n"
 
 
