@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
@@ -16,22 +17,16 @@ from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import experiment_set
 from pytest_dvp.gap.diagnose.held_out import (
     Fold,
+    drives_apart,
     folds,
     folds_with_setup,
-    rivals_over_segments,
     step,
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import (
-    as_told,
-    changing_instead,
-    is_beyond_remainder,
-    is_evident_apart,
-    may_be_new,
-)
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
+from pytest_dvp.gap.diagnose.rivals import rivals_of
 from pytest_dvp.gap.diagnose.search import (
     Search,
     SearchResult,
@@ -77,7 +72,7 @@ def diagnose(
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
     judges = folds(logs, held_out, model, effects)
-    space = SearchSpace(target, tried, refiners, nuisance, start, tick, judges, apart=bool(held_out))
+    space = SearchSpace(target, tried, refiners, nuisance, start, tick, judges)
     search, found, removed, instead = searched(space, model)
     tick("held-out data")
     found, vetoed, gains, judges, chose = judged(
@@ -89,7 +84,7 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        found = dataclasses.replace(found, rivals=_rivals(search, judges, found))
+        found = dataclasses.replace(found, rivals=rivals_of(search, judges, found))
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)
@@ -153,38 +148,8 @@ def diagnose(
 def _misfit(judges: Sequence[Fold]) -> bool:
     """True if the model as it is leaves more than its known remainder of data held out: what the data fitted on did not
     show is there all the same."""
-    checks = [Search(fold.judge, ()) for fold in judges if fold.fitted is None and fold.setup is None]
+    checks = [Search(data, ()) for data in drives_apart(judges)]
     return any(check.misfit(check.trial((), {})) for check in checks)
-
-
-def _rivals(search: Search, judges: Sequence[Fold], found: SearchResult) -> dict[str, tuple[str, ...]]:
-    """Rivals of each effect: those that the search met, those that do as well over parts of all data, and what changes
-    while driving in the place of a constant.
-
-    Beside a known remainder that is asked where the remainder lasts. There, what not all data show as more than the
-    remainder is no rival of an effect that they show, unless the two are often confused.
-    """
-    final = found.final
-    sure: list[str] = []
-
-    def is_tied(name: str, other: str) -> bool:
-        return search.known[name].is_tied(search.known[other])
-
-    def possible(other: Trial, name: str) -> bool:
-        return name not in sure or is_tied(name, other.names[-1]) or may_be_new(search, other, judges)
-
-    if search.target.excused:
-        told = as_told(search, final)
-        sure += [name for name in final.names if is_evident_apart(search, told, name, judges)]
-        alike = rivals_over_segments(search.lasting(), [fold.lasting() for fold in judges], told, possible)
-    else:
-        alike = rivals_over_segments(search, judges, final)
-    changing = changing_instead(search, final)
-    every: dict[str, tuple[str, ...]] = {}
-    for name in final.names:
-        met = [other for other in found.rivals.get(name, ()) if name not in sure or is_tied(name, other)]
-        every[name] = tuple(dict.fromkeys((*met, *alike.get(name, ()), *changing.get(name, ()))))
-    return every
 
 
 def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial, Intervals]:

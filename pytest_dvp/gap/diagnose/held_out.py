@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,10 +13,9 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import VALLEYS
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.run_setup import RunSetup, split_setup
-from pytest_dvp.gap.diagnose.search import MIN_BOOTSTRAP_SHARE, PRACTICAL, Search
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_part import cut_log
 from vehicle.model.effect_catalogue import run_setups
 
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
 EXTRAPOLATES = 0.3  # of what an effect does to the data that judge it, that it must do to those fitted on
 HELD_OUT_SHARE = 0.4  # of a single log, its end
-RIVAL_SHARE = 0.5  # of what an effect explains, that another one must explain in its place to be a rival
 ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 _FEWEST = 200  # rows on either side
 
@@ -67,6 +65,11 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
     if rows < _FEWEST or len(log.t) - rows < _FEWEST:
         return ()
     return (Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
+
+
+def drives_apart(judges: Sequence[Fold]) -> list[ExperimentSet]:
+    """The drives held out as a whole: neither parts of the fitted ones, nor with a set-up of their own."""
+    return [fold.judge for fold in judges if fold.fitted is None and fold.setup is None]
 
 
 def folds_with_setup(
@@ -125,44 +128,6 @@ def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
         return False
     judged = square(fold.judge.whitened(off) - fold.judge.whitened(trial.values))
     return change * fold.judge.count > EXTRAPOLATES * judged * fold.fitted.count
-
-
-def rivals_over_segments(
-    search: Search,
-    judges: Sequence[Fold],
-    best: Trial,
-    possible: Callable[[Trial, str], bool] = lambda other, name: True,
-) -> dict[str, tuple[str, ...]]:
-    """Effects by the named one that do as well in its place, where parts of all the data are drawn by chance.
-    possible: whether a set that ends with another effect may be true at all, in the place of this one.
-
-    Where a model leaves more than noise, its errors repeat themselves from sample to sample, and a gap between two sets
-    that noise could not make is no proof. Whole segments of the data fitted on and of those held out are drawn instead.
-    """
-    shown = [fold for fold in judges if all(fold_excites(search, fold, best, name) for name in best.names)]
-
-    def segments(trial: Trial) -> FloatArray:
-        parts = [trial.segment_chi2]
-        for fold in shown:
-            parts.append(fold.judge.by_segment(fold.judge.whitened(refit_on_fold(search, fold, trial).values)))
-        return np.concatenate(parts)
-
-    found: dict[str, tuple[str, ...]] = {}
-    ahead = segments(best)
-    for name in best.names:
-        most = (1.0 - RIVAL_SHARE) * float((segments(search.without(best, name)) - ahead).sum())
-        rivals = []
-        for other in search.in_place_of(best, name):
-            if not search.is_rival(best, other, name):
-                continue
-            behind = segments(other)
-            close = float((behind - ahead).sum()) < most
-            if close and search.bootstrap_share(behind, ahead) < MIN_BOOTSTRAP_SHARE:
-                rivals += (
-                    [other.names[-1]] if search.is_credible(other, other.names[-1]) and possible(other, name) else []
-                )
-        found[name] = tuple(rivals)
-    return found
 
 
 def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None = None) -> Step:

@@ -13,13 +13,14 @@ from math import inf, isfinite, isinf
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.beyond_remainder import APART
 from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, rounded_imitation
 from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import gram, row_products, square
-from pytest_dvp.gap.diagnose.quiet_effects import APART, along_the_way, is_placed
+from pytest_dvp.gap.diagnose.quiet_effects import along_the_way, is_placed
 from pytest_dvp.gap.diagnose.search import Search
 from vehicle.model.vehicle_model import VehicleModel
 

@@ -10,7 +10,7 @@ from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
-from pytest_dvp.gap.diagnose.held_out import Fold
+from pytest_dvp.gap.diagnose.held_out import Fold, drives_apart
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
@@ -28,7 +28,7 @@ EXCUSED_REMOVAL = 0.2  # of max(1, chi^2/N), that a twin with a known remainder 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SearchSpace:
     """What is searched, by `Search`, whatever effects of the model are taken out before. judges: data that judge what
-    is found. apart: drives of their own are held out."""
+    is found."""
 
     target: ExperimentSet
     tried: Sequence[Candidate]
@@ -37,13 +37,12 @@ class SearchSpace:
     start: Values
     tick: Tick
     judges: Sequence[Fold] = ()
-    apart: bool = False
 
     def run(self, fixed: Values) -> tuple[Search, SearchResult]:
         """The search with the values `fixed`, and what it found, with effects that change while driving."""
         search = Search(self.target, self.tried, nuisance=self.nuisance, start=self.start, fixed=fixed,
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
-        search.apart = self.apart
+        search.apart = bool(drives_apart(self.judges))
         found = search.run()
         if self.target.excused:
             hidden = single(search, found.final, self.judges) or quiet(search, found.final, self.judges)

@@ -39,7 +39,7 @@ SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out
 class Evidence:
     """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
     the second engine, and how values change while driving; scales: what speaks against the fitted input scales;
-    evident: effects that both data show beyond the known remainder (`quiet_effects`); told: the set with the values
+    evident: effects that both data show beyond the known remainder (`beyond_remainder`); told: the set with the values
     that are told, where those are not of the search."""
 
     held_out: Mapping[str, float]

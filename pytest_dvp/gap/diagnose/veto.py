@@ -6,12 +6,13 @@ import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
+from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder, is_far_beyond, is_imitated
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
 from pytest_dvp.gap.diagnose.held_out_growth import grown_for_held_out
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_beyond_remainder, is_far_beyond, is_imitated, quiet
+from pytest_dvp.gap.diagnose.quiet_effects import quiet
 from pytest_dvp.gap.diagnose.search import FAR, PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial

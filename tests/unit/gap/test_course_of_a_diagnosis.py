@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as module
+from pytest_dvp.gap.diagnose import rivals
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.removal import Searched
@@ -70,8 +71,8 @@ class Course:
         put(module, "searched", self.searched)
         put(module, "folds", lambda logs, held_out, model, effects: self.judges)
         put(module, "judged", self.judged)
-        put(module, "rivals_over_segments", lambda *asked: self.note("segments", {"drive_gain": ("x",)}))
-        put(module, "changing_instead", lambda search, final: self.note("changing", {"drive_gain": ("mass", "y")}))
+        put(rivals, "rivals_over_segments", lambda *asked: self.note("segments", {"drive_gain": ("x",)}))
+        put(rivals, "changing_instead", lambda search, final: self.note("changing", {"drive_gain": ("mass", "y")}))
         put(module, "opinions", lambda logs, model, named: self.note("opinions", {}, named))
         put(module, "votes", lambda logs, model: {"first": None})
         put(module, "Dependences", lambda target, trial, effects: SimpleNamespace(of=self.dependence))

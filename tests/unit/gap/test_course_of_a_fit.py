@@ -13,10 +13,11 @@ import pytest
 from pytest_dvp.gap.compare.error_location import Where
 from pytest_dvp.gap.compare.iso18571 import _corridor, _rated
 from pytest_dvp.gap.diagnose import least_squares as module
+from pytest_dvp.gap.diagnose.beyond_remainder import taken_out
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, Stop, _jackknife, fit, widen_dead_times
-from pytest_dvp.gap.diagnose.quiet_effects import _without, along_the_way
+from pytest_dvp.gap.diagnose.quiet_effects import along_the_way
 from pytest_dvp.gap.words.comparison import columns, places
 from pytest_dvp.gap.words.diagnosis import headline, standing_lines
 from pytest_dvp.gap.words.failure_explanation import _effect
@@ -213,10 +214,10 @@ def test_a_corridor_rates_by_the_square_between_a_twentieth_and_a_half_of_the_la
 def test_an_effect_that_the_model_has_is_off_at_its_values() -> None:
     world = World({})
     search = a_search(world, "drive_gain")
-    assert _without(search, "drive_gain") == {DRIVE: 1.0}
+    assert taken_out(search, "drive_gain") == {DRIVE: 1.0}
     world.model.effects = [SimpleNamespace(name="mass", values={"ratio": 1.2}),
                            SimpleNamespace(name="drive_gain", values={"g": 0.9})]  # fmt: skip
-    assert _without(search, "drive_gain") == {DRIVE: 0.9}
+    assert taken_out(search, "drive_gain") == {DRIVE: 0.9}
 
 
 def test_places_of_all_logs_are_asked_with_each_of_the_other_values() -> None:

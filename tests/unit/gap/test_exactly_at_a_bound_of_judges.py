@@ -13,12 +13,12 @@ import pytest
 
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import held_out, residual_signature, run_setup
+from pytest_dvp.gap.diagnose.beyond_remainder import is_evident, is_imitated
 from pytest_dvp.gap.diagnose.candidates import is_certain, is_worth_naming
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold, fold_excites, folds
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, widen_dead_times
 from pytest_dvp.gap.diagnose.masked_pairs import promising
-from pytest_dvp.gap.diagnose.quiet_effects import is_evident, is_imitated
 from pytest_dvp.gap.diagnose.run_setup import split_setup
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _imitated, _Left

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.diagnose import held_out, removal, veto
-from pytest_dvp.gap.diagnose.held_out import Fold, rivals_over_segments
+from pytest_dvp.gap.diagnose import held_out, removal, rivals, veto
+from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.removal import removed_effect
+from pytest_dvp.gap.diagnose.rivals import rivals_over_segments
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from vehicle.model.effect_catalogue import catalogue
@@ -69,7 +70,7 @@ def judge() -> Fold:
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (veto, held_out):
+    for module in (veto, held_out, rivals):
         monkeypatch.setattr(module, "fold_excites", lambda *_: True)
         monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
     monkeypatch.setattr(veto, "is_beyond_remainder", lambda *_: False)

@@ -11,20 +11,15 @@ import pytest
 
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import standing as module
+from pytest_dvp.gap.diagnose.beyond_remainder import is_beyond_remainder, is_evident, is_evident_apart, is_far_beyond
 from pytest_dvp.gap.diagnose.candidates import is_usual
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import larger, placebos
-from pytest_dvp.gap.diagnose.quiet_effects import (
-    changing_instead,
-    is_beyond_remainder,
-    is_evident,
-    is_evident_apart,
-    is_far_beyond,
-    quiet,
-)
+from pytest_dvp.gap.diagnose.quiet_effects import quiet
+from pytest_dvp.gap.diagnose.rivals import changing_instead
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import (
     REMAINDER_ONLY,

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import held_out, run_setup, veto
-from pytest_dvp.gap.diagnose.held_out import Fold, folds, folds_with_setup, refit_on_fold, rivals_over_segments, step
+from pytest_dvp.gap.diagnose.held_out import Fold, folds, folds_with_setup, refit_on_fold, step
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from pytest_dvp.gap.diagnose.rivals import rivals_over_segments
 from pytest_dvp.gap.diagnose.run_setup import RunSetup, end_of_beginning, split_setup
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.veto import Judged, allowed_loss, judged

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_imitated
 from pytest_dvp.gap.diagnose.candidates import sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import unseen
-from pytest_dvp.gap.diagnose.quiet_effects import as_told, is_imitated, may_be_new, quiet, single
+from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import _unseen
 from pytest_dvp.gap.extend import extend as module
@@ -116,7 +117,7 @@ def test_a_rival_of_what_all_drives_show_is_shown_by_all_of_them(
     apart = World({DRIVE: 10.0 * np.sqrt(town) * direction(0)}, {DRIVE: there})
     search = a_search(world, "drive_gain")
     trial = a_trial(0.0, "drive_gain", values={DRIVE: 0.9})
-    assert may_be_new(search, trial, (Fold(None, apart),)) is new  # type: ignore[arg-type]
+    assert all_show(search, trial, (Fold(None, apart),)) is new  # type: ignore[arg-type]
 
 
 def test_values_are_told_as_they_are_where_the_remainder_lasts() -> None:
