@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
-from math import inf, isinf
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from math import inf, isfinite, isinf
 from typing import TypeAlias
 
 import numpy as np
@@ -163,6 +163,16 @@ def _strength(c: Coordinate, value: float) -> float:
 def is_finer(key: Key) -> bool:
     """True for a key that only a fit finds, from its neutral value on."""
     return key.late or key.name in _FINER
+
+
+def candidates_of(model: VehicleModel, names: Collection[str]) -> list[Candidate]:
+    """Effects that a model has, to be fitted again: with those of their parameters that are switched on."""
+    found: list[Candidate] = []
+    for applied in model.effects:
+        on = tuple(Coordinate(applied.name, k) for k in applied.effect.parameters if isfinite(applied.values[k.name]))
+        if applied.name in names and on:
+            found += [dataclasses.replace(c, coordinates=on) for c in candidates(model, [applied.effect], refined=True)]
+    return found
 
 
 def says_how(key: Key) -> bool:

@@ -10,25 +10,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
-from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
-from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
+from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
-from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
-from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, measured_memory
-from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, PRACTICAL, Search
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend.acceptance import estimates, judge_addition, judge_removal, rounded, worse_together
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.extend.perception import judge_perception
+from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_remainder, with_shape
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
 from pytest_dvp.logs.log import Log
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.remainder_shape import RemainderShape
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -38,9 +34,10 @@ _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
 _ROUNDS = 5  # of fitting and of beginning the segments anew
 _ENOUGH = 2e-4  # of chi^2/N: a round that gains less is the last
 
-ANEW = (
-    "all values are fitted once more with what the model leaves as an error that lasts: data held out ask for that, "
-    "though the table's last row, in which each sample counts alone, may have less"
+ONCE_MORE = "~ once more, where what is left lasts"
+WHY_ONCE_MORE = (
+    "what was fitted is fitted once more with what the model leaves as an error that lasts, for data held out are "
+    "better by that; as the rows count each sample alone, the last one may show more error"
 )
 
 Tick = Callable[[str], None]
@@ -79,7 +76,7 @@ def extend(
     seen = [e for e in wanted if e.slot == "perception"]
     gone = [_present(model, name) for name in remove]
     lost = [a.name for a in gone if a.effect.slot != "perception"]
-    kept = _kept(model, {*add, *remove}) if refit else []
+    kept = candidates_of(model, {a.name for a in model.effects} - {*add, *remove}) if refit else []
     search = _search(target, model, [*kept, *chosen], lost)
     begin = {**search.start, **_values(model), **dict(start or {})}
     tick("fitting")
@@ -105,20 +102,21 @@ def extend(
     if not wrong and (kept or (held_out and chosen)):
         wrong = worse_together(steps)
     extended = _extended(model, final, sure, remove, wanted, tuple(fitted_on))
-    twin = _with_remainder(extended, search, final, logs, held_out or {}, judges, effects)
-    tick("fitting beside what is left")
+    twin = with_remainder(extended, search, final, judges)
     notes = [d.note for d in done if d.note]
-    if better := _beside_remainder(twin, logs, held_out or {}, effects):
+    tick("fitting beside what is left")
+    if better := beside_remainder(twin, final.names, logs, held_out or {}, effects):
         sure |= better
-        named = tuple(_told_anew(e, better) for e in named)
+        named = tuple(_with_values(e, better) for e in named)
         extended = _extended(extended, final, better, (), (), tuple(fitted_on))
-        target = experiment_set(logs, extended, extra=effects)
-        search = _search(target, extended, (), ())
+        plain = Search(experiment_set(logs, extended, extra=effects), ())
+        last = plain.trial((), {})
         judges = folds(logs, held_out, extended, effects)
-        twin = _with_remainder(extended, search, search.trial((), search.start), logs, held_out or {}, judges, effects)
-        notes.append(ANEW)
+        ladder = (*ladder, Rung(ONCE_MORE, step(plain, last, judges)))
+        twin = with_remainder(extended, plain, last, judges)
+        notes.append(f"the last row, {ONCE_MORE[2:]}: {WHY_ONCE_MORE}")
     return Extension(
-        model=twin,
+        model=with_shape(twin, logs, held_out or {}, effects),
         effects=named,
         refitted={name: value for name, value in sure.items() if name[0] not in add},
         ladder=ladder,
@@ -129,73 +127,8 @@ def extend(
     )
 
 
-def _with_remainder(
-    model: VehicleModel, search: Search, final: Trial, logs: Mapping[str, Log], held_out: Mapping[str, Log],
-    judges: Sequence[Fold], effects: Sequence[Effect],
-) -> VehicleModel:  # fmt: skip
-    """The new model with what it does not explain of the logs fitted on and of those held out: how much, for how long,
-    and which values of effects that imitates."""
-    from vehicle.model.effect_catalogue import catalogue
-
-    fitted = [(e, final.values) for e in search.target.experiments]
-    apart = [
-        (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
-        for e in fold.judge.experiments
-    ]  # fmt: skip
-    remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
-    if not remainder:
-        return dataclasses.replace(model, remainder={}, remainder_shape=RemainderShape())
-    parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
-    shape = RemainderShape(memory=measured_memory(parts, remainder))
-    model = dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
-    groups = [experiment_set(each, model, extra=effects) for each in (logs, held_out) if each]
-    known = {**catalogue(), **{e.name: e for e in effects}}
-    tried = candidates(model, known.values(), ay="ay" in search.target.channels, refined=True)
-    sizes, limits = placebos(groups, tried, model)
-    imitates = larger(imitation(groups, tried), sizes)
-    shape = dataclasses.replace(
-        shape, anew=_anew(groups), imitates=imitates, limits=limits, unseen=unseen(groups, tried, model)
-    )
-    return dataclasses.replace(model, remainder_shape=shape)
-
-
-def _beside_remainder(
-    twin: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log], effects: Sequence[Effect]
-) -> dict[tuple[str, str], Estimate]:
-    """The values of the twin's effects, fitted once more with its remainder as an error that lasts; empty if that takes
-    less than PRACTICAL off the data held out.
-
-    A fit that counts the remainder as noise of each sample gives an understeer that makes up for positions that drift;
-    every later diagnosis then finds another one.
-    """
-    if not twin.remainder or not held_out:
-        return {}
-    target, judge = (experiment_set(each, twin, extra=effects).lasting() for each in (logs, held_out))
-    search = _search(target, twin, _kept(twin, set()), ())
-    begin = {**search.start, **_values(twin)}
-    found = search.trial(list(search.tried), begin)
-    target.settle(found.values)
-    found = search.trial(found.names, found.values)
-    before, after = (square(judge.whitened(values)) for values in (begin, found.values))
-    if after > (1.0 - PRACTICAL) * before:
-        return {}
-    return {name: value for name, value in estimates(found, search).items() if name[0] in search.tried}
-
-
-def _told_anew(e: NamedEffect, better: Mapping[tuple[str, str], Estimate]) -> NamedEffect:
+def _with_values(e: NamedEffect, better: Mapping[tuple[str, str], Estimate]) -> NamedEffect:
     return dataclasses.replace(e, parameters={k: better.get((e.name, k), value) for k, value in e.parameters.items()})
-
-
-def _anew(groups: Sequence[ExperimentSet]) -> dict[str, float]:
-    """chi^2/N by channel, the larger one of the groups of logs, of what level and memory of the remainder do not
-    foresee; where it is more than 1."""
-    found: dict[str, float] = {}
-    for group in groups:
-        target = group.lasting()
-        target.settle({})
-        for channel, value in target.by_channel({}).items():
-            found[channel] = max(found.get(channel, 1.0), as_measured(value))
-    return {channel: value for channel, value in found.items() if value > 1.0}
 
 
 def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:
@@ -228,19 +161,6 @@ def _present(model: VehicleModel, name: str) -> AppliedEffect:
         return model.effects[names.index(name)]
     has = ", ".join(names) or "none"
     raise ModelError("effect is not in the model", found=name, allowed=has, nearest=nearest_name(name, names))
-
-
-def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
-    """The model's other effects, to be fitted again: their parameters that are switched on."""
-    found: list[Candidate] = []
-    for applied in model.effects:
-        on = [k for k in applied.effect.parameters if isfinite(applied.values[k.name])]
-        if applied.name not in named and on:
-            found += [
-                dataclasses.replace(c, coordinates=tuple(Coordinate(applied.name, k) for k in on))
-                for c in candidates(model, [applied.effect], refined=True)
-            ]
-    return found
 
 
 def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose.candidates import candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
@@ -21,7 +22,7 @@ from pytest_dvp.gap.extend.acceptance import (
     rounded,
     worse_together,
 )
-from pytest_dvp.gap.extend.extend import _assumed, _edges, _fitted, _kept, _present, _search, _shares, _values
+from pytest_dvp.gap.extend.extend import _assumed, _edges, _fitted, _present, _search, _shares, _values
 from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, Applied, Having, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError
@@ -221,12 +222,12 @@ MODEL = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\nmass = 
 def test_what_the_model_has_is_kept_set_and_switched_off_by_name() -> None:
     model = MODEL.with_effect("drive_gain", {"g": 0.9}).with_effect("brake_limit", {"limit": 5.0})
     assert _values(model) == {DRIVE: 0.9, ("brake_limit", "limit"): 5.0}
-    assert [c.name for c in _kept(model, {"brake_limit"})] == ["drive_gain"]
-    assert [c.name for c in _kept(model, set())] == ["drive_gain", "brake_limit"]
-    (kept,) = _kept(model, {"brake_limit"})
+    assert [c.name for c in candidates_of(model, {"drive_gain"})] == ["drive_gain"]
+    assert [c.name for c in candidates_of(model, {"drive_gain", "brake_limit"})] == ["drive_gain", "brake_limit"]
+    (kept,) = candidates_of(model, {"drive_gain"})
     assert [c.name for c in kept.coordinates] == [DRIVE]
     off = model.with_effect("brake_limit", {"limit": float("inf")})
-    assert [c.name for c in _kept(off, set())] == ["drive_gain"]
+    assert [c.name for c in candidates_of(off, {"drive_gain", "brake_limit"})] == ["drive_gain"]
     assert _values(off) == {DRIVE: 0.9}
     assert _present(model, "brake_limit").values == {"limit": 5.0}
     with pytest.raises(ModelError, match="drive_gain"):

@@ -138,7 +138,8 @@ class Course:
             "estimates": lambda final, search: {DRIVE: one(0.8), ("mass", "ratio"): one(1.1)},
             "judge_addition": self._judged("add"), "judge_removal": self._removed,
             "judge_perception": self._perception, "_extended": self._note("extended", "model"),
-            "_with_remainder": lambda extended, *more: extended, "_beside_remainder": lambda *asked: {},
+            "with_remainder": lambda extended, *more: extended, "with_shape": lambda twin, *more: twin,
+            "beside_remainder": lambda *asked: {},
             "worse_together": lambda steps: ["worse"],
         }.items():  # fmt: skip
             monkeypatch.setattr(extend_module, name, value)
@@ -210,6 +211,29 @@ def test_what_moves_is_fitted_and_what_is_seen_is_told_by_detections(monkeypatch
     assert set(found.refitted) == {DRIVE}
     assert found.notes == tuple(f"{e.name} noted" for e in found.effects)
     assert (found.model, found.noise_floor, found.refusal, found.explained) == ("model", {"v": 0.1}, "", True)
+
+
+def test_values_fitted_once_more_are_those_of_the_model_and_the_ladder_ends_with_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    course = Course(monkeypatch, chi2=(4.0, 1.0), held=(4.0, 3.0))
+    asked: list[Any] = []
+    for name, value in {
+        "beside_remainder": lambda twin, names, *more: asked.append((twin, names)) or {("mass", "ratio"): one(1.2)},
+        "Search": lambda target, tried: SimpleNamespace(trial=lambda names, values: "as written"),
+        "step": lambda search, trial, judges: Step(f"{trial} {judges}", 2.0, {}, {}, 2.5),
+        "_extended": lambda model, final, sure, *more: {key: estimate.value for key, estimate in sure.items()},
+    }.items():
+        monkeypatch.setattr(extend_module, name, value)
+    found = course.run(add=["mass"], held_out={"b": None})
+    assert asked == [({DRIVE: 0.8, ("mass", "ratio"): 1.1}, ())]
+    assert found.model == {("mass", "ratio"): 1.2}
+    assert found.refitted[DRIVE] == one(0.8)
+    assert [(rung.change, rung.step.chi2_per_n) for rung in found.ladder][1:] == [
+        ("", 1.0), ("~ once more, where what is left lasts", 2.0)
+    ]  # fmt: skip
+    assert found.ladder[-1].step.added == "as written ('judge',)"
+    assert found.notes[-1].startswith("the last row, once more, where what is left lasts: ")
 
 
 @pytest.mark.parametrize(

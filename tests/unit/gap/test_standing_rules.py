@@ -31,7 +31,7 @@ from pytest_dvp.gap.diagnose.standing import (
     with_standing,
 )
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.extend.extend import _anew
+from pytest_dvp.gap.extend.twin_remainder import _anew
 from tests.unit.gap.linear_world import (
     BRAKE,
     DRIVE,

@@ -15,9 +15,8 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import unseen
 from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
-from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import _unseen
-from pytest_dvp.gap.extend import extend as module
+from pytest_dvp.gap.extend import twin_remainder as module
 from tests.unit.gap.linear_world import BRAKE, DRIVE, NOISE, ROWS, World, a_search, a_trial, direction, tried
 from vehicle.model.remainder_shape import RemainderShape
 
@@ -179,17 +178,20 @@ def test_a_twin_is_fitted_once_more_where_its_remainder_lasts_if_data_held_out_a
     """The plain fit said 0.9, with the remainder as an error that lasts it is 0.8; the other drive says so or not."""
     worlds = {name: World({DRIVE: 1000.0 * direction(0)}, {DRIVE: value}) for name, value in (("a", 0.8), ("b", there))}
     monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
-    monkeypatch.setattr(module, "_kept", lambda twin, named: tried("drive_gain"))
-    monkeypatch.setattr(module, "_search", lambda target, twin, kept, lost: Search(target, kept))
-    monkeypatch.setattr(module, "_values", lambda twin: {DRIVE: 0.9})
+    monkeypatch.setattr(module, "candidates_of", lambda twin, names: tried(*names))
     monkeypatch.setattr(
         module, "estimates", lambda found, search: {k: Estimate(v, v, v, "-") for k, v in found.values.items()}
     )
-    twin: Any = SimpleNamespace(remainder={"v": 1.0})
+    has = [SimpleNamespace(name="drive_gain", values={"g": 0.9}), SimpleNamespace(name="mass", values={"ratio": 1.1})]
+    twin, none_left = (SimpleNamespace(remainder=left, effects=has) for left in ({"v": 1.0}, {}))
     logs: Any = {"a": None}
-    found = module._beside_remainder(twin, logs, {"b": None}, ())  # type: ignore[dict-item]
-    assert {key: round(e.value, 3) for key, e in found.items()} == ({DRIVE: 0.8} if better else {})
-    assert module._beside_remainder(twin, logs, {}, ()) == {}
-    assert module._beside_remainder(SimpleNamespace(remainder={}), logs, {"b": None}, ()) == {}  # type: ignore[arg-type, dict-item]
-    e = NamedEffect("drive_gain", {"g": Estimate(0.9, 0.8, 1.0, "-")})
-    assert module._told_anew(e, found).parameters["g"].value == pytest.approx(0.8 if better else 0.9, abs=2e-3)
+    apart: Any = {"b": None}
+
+    def found(twin: Any, apart: Any = apart, *fitted: str) -> dict[tuple[str, str], float]:
+        again = module.beside_remainder(twin, fitted, logs, apart, ())
+        return {key: round(e.value, 3) for key, e in again.items()}
+
+    assert found(twin, apart, "drive_gain") == ({DRIVE: 0.8} if better else {})
+    assert found(twin, {}, "drive_gain") == {}
+    assert found(none_left, apart, "drive_gain") == {}
+    assert found(twin, apart) == {}  # nothing was fitted
