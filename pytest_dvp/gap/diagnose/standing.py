@@ -66,7 +66,8 @@ def with_standing(
         for name in (e.name for e in named)
         if reached and all(name in one.out_of_reach for one in reached)
     }
-    left = _Left(search.lasting() if search.target.excused else search, evidence.told or final)
+    told = evidence.told or final
+    left = _Left(search.lasting() if search.target.excused else search, told)
     model = search.target.experiments[0].model
     present = {a.name: a.values for a in model.effects}
     found = []
@@ -88,7 +89,7 @@ def with_standing(
             *_imitated(
                 e, known[e.name], present.get(e.name, {}), search.target.excused and e.name not in evidence.evident
             ),
-            *_at_ends(e, final),
+            *_at_ends(e, told),
             *_unseen(e, model.remainder_shape.unseen.get(e.name, {})),
             *(_trace(e.name, evidence.held_out) if search.target.excused else []),
             *left.doubts(e.name),
@@ -159,12 +160,13 @@ def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excuse
     return ["the twin's known remainder imitates as much"]
 
 
-def _at_ends(e: NamedEffect, final: Trial) -> list[str]:
+def _at_ends(e: NamedEffect, told: Trial) -> list[str]:
     """Values that stand where a search has to stop: no estimates, whatever their intervals are."""
     return [
-        f"{c.key.name} = {final.values[c.name]:.3g} {c.key.unit} stands where the search ends: no estimate"
-        for c in final.fit.coordinates
-        if c.effect == e.name and c.is_at_limit(final.values[c.name])
+        f"{c.key.name} = {told.values[c.name]:.3g} {c.key.unit}".removesuffix(" -")
+        + " stands where the search ends: no estimate"
+        for c in told.fit.coordinates
+        if c.effect == e.name and c.is_at_limit(told.values[c.name])
     ]
 
 

@@ -17,7 +17,7 @@ from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.removal import Searched
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.veto import Judged
-from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, World, a_search, direction
+from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
 
 
@@ -76,7 +76,7 @@ class Course:
         put(module, "opinions", lambda logs, model, named: self.note("opinions", {}, named))
         put(module, "votes", lambda logs, model: {"first": None})
         put(module, "Dependences", lambda target, trial, effects: SimpleNamespace(of=self.dependence))
-        put(module, "is_beyond_remainder", lambda search, trial, name, judges: name == "brake_gain")
+        put(module, "is_beyond_remainder", self.is_beyond)
         put(module, "with_standing", self.with_standing)
         put(module, "diagnose_perceptions", lambda logs, model, twins: ())
         put(module, "signature", lambda target, values: {"reading": "something"})
@@ -92,11 +92,16 @@ class Course:
 
     def searched(self, space: Any, model: Any) -> Searched:
         self.asked["tried"] = [c.name for c in space.tried]
+        self.asked["judges"] = space.judges
         self.asked["refiners"] = [c.name for c in space.refiners]
         return Searched(self.search, self.found, self.removed, ("mass",) if self.removed else ())
 
     def judged(self, search: Any, found: Any, judges: Any, apart: Any) -> Judged:
         return Judged(found, self.vetoed, self.gains, judges)
+
+    def is_beyond(self, search: Any, trial: Any, name: str, judges: Any) -> bool:
+        self.asked["beyond"] = trial
+        return name == "brake_gain"
 
     def dependence(self, name: str) -> Any:
         return f"{name} changes" if name == "drive_gain" else None
@@ -139,6 +144,8 @@ def test_effects_are_told_in_the_order_of_what_they_explain_with_their_shares(mo
 def test_the_second_engine_and_the_standing_are_asked_with_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
     course = Course(monkeypatch, "drive_gain", "brake_gain", excused=True)
     course.world.other = course.world
+    course.judges = (Fold(None, course.world),)  # type: ignore[assignment, arg-type]
+    course.search.known |= {c.name: c for c in tried("mass")}
     told = course.run()
     named = course.asked["opinions"]
     assert {name: values["g"] for name, values in named.items()} == pytest.approx(
@@ -148,6 +155,9 @@ def test_the_second_engine_and_the_standing_are_asked_with_what_was_found(monkey
     assert evidence.held_out == {"drive_gain": 0.5}
     assert evidence.dependence == {"drive_gain": "drive_gain changes"}
     assert evidence.evident == ["brake_gain"]
+    assert evidence.told is course.asked["beyond"]  # judged with the values that are told
+    assert evidence.told is not course.final
+    assert course.asked["judges"] is course.judges
     assert told.effects[0].rivals == ("mass", "x", "y")  # each of them once
     assert told.effects[1].rivals == ()
     plain = Course(monkeypatch, "drive_gain", "brake_gain")

@@ -159,9 +159,9 @@ def test_a_limit_that_one_drive_alone_asks_for_is_not_told() -> None:
     assert (found and found.names) == ("brake_limit",)
 
 
-@pytest.mark.parametrize(("right", "told"), [(0.9, "steer_ratio"), (0.98, "steer_asymmetry")])
+@pytest.mark.parametrize(("right", "told"), [(0.905, "steer_ratio"), (0.98, "steer_asymmetry")])
 def test_of_two_of_which_one_contains_the_other_the_simpler_one_is_told(right: float, told: str) -> None:
-    """Both sides are off by 0.1, or one by less: the ratio then leaves (0.04 x 400)^2 of each, more than 10^2."""
+    """One for all leaves (0.0025 x 400)^2 of each side, which is less than 10^2, or (0.04 x 400)^2, which is more."""
     left_side, right_side = (("steer_asymmetry", key) for key in ("g_left", "g_right"))
     rows = [400.0 * direction(0), 400.0 * direction(1)]
     does = {left_side: rows[0], right_side: rows[1], RATIO: rows[0] + rows[1]}
