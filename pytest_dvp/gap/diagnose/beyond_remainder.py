@@ -83,6 +83,7 @@ class Shown(NamedTuple):
 
 
 def shown_by(search: Search, trial: Trial, name: str, data: ExperimentSet) -> Shown:
+    """What `data` show of one effect of a trial where the twin's remainder lasts; good to first order in the others."""
     values = trial.values
     off = {**values, **taken_out(search, name)}
     lasting = data.lasting()
