@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.below_remainder import Drives, below_remainder, remeasured
 from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
@@ -123,6 +124,11 @@ def diagnose(
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)
+    below = []
+    if named and held_out and not target.excused and search.misfit(final):
+        drives = Drives(logs, held_out, effects)
+        below = below_remainder(remeasured(_as_found(model, final, known, gone), drives), drives, tick)
+        named += tuple(one.as_named() for one in below)
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
@@ -138,11 +144,25 @@ def diagnose(
         input_map=_estimates(measured, sure, "inputs"),
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
-        values=final.values,
+        values=final.values | {name: value for one in below for name, value in one.values.items()},
         remainder=model.remainder,
         samples=Samples(target.count, target.independent, *target.slides()),
         chosen_by_held_out=chose,
     )
+
+
+def _as_found(model: VehicleModel, final: Trial, known: Mapping[str, Effect], gone: Sequence[str]) -> VehicleModel:
+    """The model with what was found, without what it has and the car has not."""
+
+    def of(part: str) -> dict[str, float]:
+        return {key: value for (name, key), value in final.values.items() if name == part}
+
+    for name in gone:
+        model = model.without_effect(name)
+    for name in final.names:
+        model = model.with_effect(known[name], of(name))
+    inputs: dict[str, Any] = of("inputs")
+    return dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **inputs)).with_car(of("parameters"))
 
 
 def _misfit(judges: Sequence[Fold]) -> bool:

@@ -6,10 +6,18 @@ import dataclasses
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.below_remainder import (
+    SHOWN_BELOW,
+    Below,
+    Drives,
+    is_shown_below,
+    with_below,
+    with_remainder,
+)
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
@@ -18,10 +26,17 @@ from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.extend.acceptance import estimates, judge_addition, judge_removal, rounded, worse_together
+from pytest_dvp.gap.extend.acceptance import (
+    Acceptance,
+    estimates,
+    judge_addition,
+    judge_removal,
+    rounded,
+    worse_together,
+)
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.extend.perception import judge_perception
-from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_remainder, with_shape
+from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_shape
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
 from pytest_dvp.logs.log import Log
 from vehicle.model.errors import ModelError, nearest_name
@@ -79,13 +94,33 @@ def extend(
     kept = candidates_of(model, {a.name for a in model.effects} - {*add, *remove}) if refit else []
     search = _search(target, model, [*kept, *chosen], lost)
     begin = {**search.start, **_values(model), **dict(start or {})}
-    tick("fitting")
-    final = _fitted(search, begin, [c.name for c in kept], chosen)
-    tick("held-out data")
+    drives, provenance = Drives(logs, held_out or {}, effects), tuple(fitted_on)
     judges = folds(logs, held_out, model, effects)
+
+    def made(some: Sequence[Candidate]) -> _Made:
+        final = _fitted(search, begin, [c.name for c in kept], some)
+        sure = estimates(final, search)
+        return _Made(some, final, sure, [judge_addition(search, final, c, judges, model, sure) for c in some])
+
+    def twin_of(one: _Made) -> VehicleModel:
+        mine = [c.effect for c in one.chosen]
+        return with_remainder(
+            _extended(model, one.final, one.sure, remove, mine, provenance), search, one.final, judges
+        )
+
+    tick("fitting")
+    below: list[Below] = []
+    whole, grown = made(chosen), model
+    if held_out and (refused := whole.refused):
+        tick("what is left as an error that lasts")
+        others = [c for c in chosen if c not in refused]
+        shown = {one.name for one in _grown_below(twin_of(made(others)), refused, begin, drives)[1]}
+        if shown:
+            whole = made([c for c in chosen if c.name not in shown])
+            grown, below = _grown_below(twin_of(whole), [c for c in refused if c.name in shown], begin, drives)
+    final, sure, done = whole.final, whole.sure, whole.done
+    tick("held-out data")
     ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
-    sure = estimates(final, search)
-    done = [judge_addition(search, final, c, judges, model, sure) for c in chosen]
     done += [judge_removal(search, final, name, model, judges) for name in lost]
     blind = [a.name for a in gone if a.effect.slot == "perception"]
     done += judge_perception(model, logs, held_out or {}, seen, blind, twins)
@@ -99,21 +134,27 @@ def extend(
     explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
     wrong = [d.wrong for d in done if d.wrong]
     # Logs that are predicted from the others may show nothing of an effect: those judge only what was fitted again
-    if not wrong and (kept or (held_out and chosen)):
+    if not wrong and (kept or (held_out and whole.chosen)):
         wrong = worse_together(steps)
-    extended = _extended(model, final, sure, remove, wanted, tuple(fitted_on))
-    twin = with_remainder(extended, search, final, judges)
+    if below:
+        extended = dataclasses.replace(grown, remainder=model.remainder, remainder_shape=model.remainder_shape)
+        detections = {key: value for key, value in sure.items() if key[0] in {e.name for e in seen}}
+        extended, twin = _extended(extended, final, detections, (), seen, provenance), grown
+    else:
+        extended = _extended(model, final, sure, remove, wanted, provenance)
+        twin = with_remainder(extended, search, final, judges)
     notes = [d.note for d in done if d.note]
     tick("fitting beside what is left")
-    if better := beside_remainder(twin, final.names, logs, held_out or {}, effects):
+    if better := beside_remainder(twin, [*final.names, *(one.name for one in below)], drives, always=bool(below)):
         sure |= better
-        named = tuple(_with_values(e, better) for e in named)
-        extended = _extended(extended, final, better, (), (), tuple(fitted_on))
+        named = tuple(_with_values(e, better) for e in (*named, *(one.as_named() for one in below)))
+        extended = _extended(extended, final, better, (), (), provenance)
         plain = Search(experiment_set(logs, extended, extra=effects), ())
         last = plain.trial((), {})
         judges = folds(logs, held_out, extended, effects)
         ladder = (*ladder, Rung(ONCE_MORE, step(plain, last, judges)))
         twin = with_remainder(extended, plain, last, judges)
+        notes += [f"{one.name}: {SHOWN_BELOW}" for one in below]
         notes.append(f"the last row, {ONCE_MORE[2:]}: {WHY_ONCE_MORE}")
     return Extension(
         model=with_shape(twin, logs, held_out or {}, effects),
@@ -125,6 +166,33 @@ def extend(
         notes=(*notes, *_edges(final), *_assumed(final, model)),
         explained=explained,
     )
+
+
+class _Made(NamedTuple):
+    """A joint fit: of which effects, their values with intervals, and whether each may stay."""
+
+    chosen: Sequence[Candidate]
+    final: Trial
+    sure: dict[tuple[str, str], Estimate]
+    done: list[Acceptance]
+
+    @property
+    def refused(self) -> list[Candidate]:
+        """New effects that may not stay where each sample counts for itself."""
+        return [c for c, d in zip(self.chosen, self.done, strict=True) if d.wrong and d.effect.action == "add"]
+
+
+def _grown_below(
+    twin: VehicleModel, refused: Sequence[Candidate], begin: Values, drives: Drives
+) -> tuple[VehicleModel, list[Below]]:
+    """The twin with those of the effects that all drives show where its remainder lasts, each beside those before it,
+    and these."""
+    found = []
+    for candidate in refused:
+        if one := is_shown_below(twin, drives, candidate, begin):
+            twin = with_below(twin, drives, one)
+            found.append(one)
+    return twin, found
 
 
 def _with_values(e: NamedEffect, better: Mapping[tuple[str, str], Estimate]) -> NamedEffect:

@@ -6,37 +6,19 @@ import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from pytest_dvp.gap.diagnose.below_remainder import Drives, refitted
 from pytest_dvp.gap.diagnose.candidates import candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
-from pytest_dvp.gap.diagnose.held_out import Fold, refit_on_fold
 from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
-from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
-from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, measured_memory
-from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
-from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.lasting_remainder import as_measured
+from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.extend.acceptance import estimates
 from pytest_dvp.logs.log import Log
-from vehicle.model.remainder_shape import RemainderShape
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
-
-
-def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Sequence[Fold]) -> VehicleModel:
-    """The new model with what it does not explain of the logs fitted on and of those held out: how much, and for how
-    long."""
-    fitted = [(e, final.values) for e in search.target.experiments]
-    apart = [
-        (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
-        for e in fold.judge.experiments
-    ]  # fmt: skip
-    remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
-    parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
-    memory = measured_memory(parts, remainder) if remainder else {}
-    return dataclasses.replace(model, remainder=remainder, remainder_shape=RemainderShape(memory=memory))
 
 
 def with_shape(
@@ -60,27 +42,18 @@ def with_shape(
 
 
 def beside_remainder(
-    twin: VehicleModel, names: Collection[str], logs: Mapping[str, Log], held_out: Mapping[str, Log],
-    effects: Sequence[Effect],
-) -> dict[tuple[str, str], Estimate]:  # fmt: skip
+    twin: VehicleModel, names: Collection[str], drives: Drives, *, always: bool = False
+) -> dict[tuple[str, str], Estimate]:
     """The values of these effects of the twin, fitted once more with its remainder as an error that lasts; empty if
-    that takes less than PRACTICAL off the data held out.
+    that takes less than PRACTICAL off the data held out. always: where some of them can be fitted so only.
 
     A fit that counts the remainder as noise of each sample gives an understeer that makes up for positions that drift;
     every later diagnosis then finds another one.
     """
-    tried = candidates_of(twin, names)
-    if not (twin.remainder and held_out and tried):
+    if not (twin.remainder and drives.held_out and candidates_of(twin, names)):
         return {}
-    target, judge = (experiment_set(each, twin, extra=effects).lasting() for each in (logs, held_out))
-    search = Search(target, tried)
-    of_twin = {(a.name, key): value for a in twin.effects for key, value in a.values.items()}
-    begin = {c.name: of_twin[c.name] for candidate in tried for c in candidate.coordinates}
-    found = search.trial(list(search.tried), begin)
-    target.settle(found.values)
-    found = search.trial(found.names, found.values)
-    before, after = (square(judge.whitened(values)) for values in (begin, found.values))
-    return estimates(found, search) if after <= (1.0 - PRACTICAL) * before else {}
+    found = refitted(twin, names, drives)
+    return estimates(found.trial, found.search) if always or found.after <= (1.0 - PRACTICAL) * found.before else {}
 
 
 def _anew(groups: Sequence[ExperimentSet]) -> dict[str, float]:

@@ -139,10 +139,15 @@ class Course:
             "judge_addition": self._judged("add"), "judge_removal": self._removed,
             "judge_perception": self._perception, "_extended": self._note("extended", "model"),
             "with_remainder": lambda extended, *more: extended, "with_shape": lambda twin, *more: twin,
-            "beside_remainder": lambda *asked: {},
+            "beside_remainder": lambda *asked, always: {},
+            "_grown_below": lambda twin, refused, begin, drives: self._below(twin, refused),
             "worse_together": lambda steps: ["worse"],
         }.items():  # fmt: skip
             monkeypatch.setattr(extend_module, name, value)
+
+    def _below(self, twin: Any, refused: Any) -> Any:
+        self.asked["below"] = [c.name for c in refused]
+        return twin, []
 
     def _search(self, target: Any, model: Any, tried: Any, lost: Any) -> Any:
         self.asked["search"] = ([c.name for c in tried], list(lost))
@@ -219,14 +224,16 @@ def test_values_fitted_once_more_are_those_of_the_model_and_the_ladder_ends_with
     course = Course(monkeypatch, chi2=(4.0, 1.0), held=(4.0, 3.0))
     asked: list[Any] = []
     for name, value in {
-        "beside_remainder": lambda twin, names, *more: asked.append((twin, names)) or {("mass", "ratio"): one(1.2)},
+        "beside_remainder": lambda twin, names, drives, always: (
+            asked.append((twin, names)) or {("mass", "ratio"): one(1.2)}
+        ),
         "Search": lambda target, tried: SimpleNamespace(trial=lambda names, values: "as written"),
         "step": lambda search, trial, judges: Step(f"{trial} {judges}", 2.0, {}, {}, 2.5),
         "_extended": lambda model, final, sure, *more: {key: estimate.value for key, estimate in sure.items()},
     }.items():
         monkeypatch.setattr(extend_module, name, value)
     found = course.run(add=["mass"], held_out={"b": None})
-    assert asked == [({DRIVE: 0.8, ("mass", "ratio"): 1.1}, ())]
+    assert asked == [({DRIVE: 0.8, ("mass", "ratio"): 1.1}, [])]
     assert found.model == {("mass", "ratio"): 1.2}
     assert found.refitted[DRIVE] == one(0.8)
     assert [(rung.change, rung.step.chi2_per_n) for rung in found.ladder][1:] == [

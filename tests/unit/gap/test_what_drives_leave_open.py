@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose import below_remainder
+from pytest_dvp.gap.diagnose.below_remainder import Drives
 from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_imitated
 from pytest_dvp.gap.diagnose.candidates import sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
@@ -177,8 +179,9 @@ def test_a_twin_is_fitted_once_more_where_its_remainder_lasts_if_data_held_out_a
 ) -> None:
     """The plain fit said 0.9, with the remainder as an error that lasts it is 0.8; the other drive says so or not."""
     worlds = {name: World({DRIVE: 1000.0 * direction(0)}, {DRIVE: value}) for name, value in (("a", 0.8), ("b", there))}
-    monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
-    monkeypatch.setattr(module, "candidates_of", lambda twin, names: tried(*names))
+    monkeypatch.setattr(below_remainder, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
+    for each in (module, below_remainder):
+        monkeypatch.setattr(each, "candidates_of", lambda twin, names: tried(*names))
     monkeypatch.setattr(
         module, "estimates", lambda found, search: {k: Estimate(v, v, v, "-") for k, v in found.values.items()}
     )
@@ -187,11 +190,12 @@ def test_a_twin_is_fitted_once_more_where_its_remainder_lasts_if_data_held_out_a
     logs: Any = {"a": None}
     apart: Any = {"b": None}
 
-    def found(twin: Any, apart: Any = apart, *fitted: str) -> dict[tuple[str, str], float]:
-        again = module.beside_remainder(twin, fitted, logs, apart, ())
+    def found(twin: Any, apart: Any = apart, *fitted: str, always: bool = False) -> dict[tuple[str, str], float]:
+        again = module.beside_remainder(twin, fitted, Drives(logs, apart), always=always)
         return {key: round(e.value, 3) for key, e in again.items()}
 
     assert found(twin, apart, "drive_gain") == ({DRIVE: 0.8} if better else {})
+    assert found(twin, apart, "drive_gain", always=True) == {DRIVE: 0.8}
     assert found(twin, {}, "drive_gain") == {}
     assert found(none_left, apart, "drive_gain") == {}
     assert found(twin, apart) == {}  # nothing was fitted

@@ -1,0 +1,226 @@
+"""What a search goes on to find below what it cannot explain, where that counts as an error that lasts."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pytest_dvp.gap.diagnose import below_remainder as module
+from pytest_dvp.gap.diagnose.below_remainder import (
+    MOST,
+    SHOWN_BELOW,
+    Below,
+    Drives,
+    below_remainder,
+    is_shown_below,
+    refitted,
+    with_below,
+    with_values,
+)
+from pytest_dvp.gap.diagnose.diagnosis import Estimate
+from pytest_dvp.gap.extend import extend as extend_module
+from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, World, direction, tried
+from vehicle.model.remainder_shape import RemainderShape
+from vehicle.model.vehicle_model import VehicleModel
+
+BIAS = ("gyro_bias", "b")
+NAMES = ("drive_gain", "brake_gain", "gyro_bias")
+
+
+def one(value: float) -> Estimate:
+    return Estimate(value, value, value, "-")
+
+
+class Twin:
+    """A twin with a remainder, and worlds in the place of its two drives."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, fitted: World, apart: World, *names: str) -> None:
+        self.worlds = {"a": fitted, "b": apart}
+        fitted.channels = {}
+        self.drives = Drives({"a": None}, {"b": None})  # type: ignore[dict-item]
+        self.model: Any = SimpleNamespace(remainder={"v": 1.0}, effects=[])
+        monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: self.worlds[next(iter(logs))])
+        monkeypatch.setattr(module, "candidates", lambda twin, effects, ay, refined: tried(*(names or NAMES)))
+        monkeypatch.setattr(module, "with_below", lambda twin, drives, found: self._known(found))
+        monkeypatch.setattr(World, "exact", lambda world, values: world.whitened(values), raising=False)
+
+    def _known(self, found: Below) -> Any:
+        """From now on the worlds are those of a car that has the effect."""
+        for world in self.worlds.values():
+            world.does = {key: row for key, row in world.does.items() if key[0] != found.name}
+        return self.model
+
+    def found(self) -> list[Below]:
+        return below_remainder(self.model, self.drives)
+
+
+def world(value: float, *, row: float = 1000.0, **more: Any) -> World:
+    return World({DRIVE: row * direction(0), BRAKE: 1e-9 * direction(1), BIAS: 1e-9 * direction(2)}, {DRIVE: value},
+                 **more)  # fmt: skip
+
+
+def test_an_effect_counts_that_both_drives_ask_for_in_the_same_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    (found,) = Twin(monkeypatch, world(0.9), world(0.9)).found()
+    assert found.name == "drive_gain"
+    assert found.values[DRIVE] == pytest.approx(0.9, abs=1e-3)
+    assert found.gain == pytest.approx(2 * (1000.0 * 0.1) ** 2, rel=0.01)
+    assert found.parameters["g"].low < 0.9 < found.parameters["g"].high
+
+
+@pytest.mark.parametrize(
+    ("fitted", "row", "told"),
+    [(0.79 * 0.025, 1000.0, False), (0.81 * 0.025, 1000.0, True)],
+)
+def test_the_data_fitted_on_must_show_it_by_twenty_standard_deviations(
+    fitted: float, row: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twin = Twin(monkeypatch, world(1.0 - fitted, row=row), world(1.0 - fitted, row=row))
+    assert bool(twin.found()) is told
+
+
+@pytest.mark.parametrize(("row", "told"), [(95.0, False), (105.0, True)])
+def test_the_data_held_out_must_show_it_by_ten(row: float, told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.9), world(0.9, row=row))
+    assert bool(twin.found()) is told
+
+
+@pytest.mark.parametrize(("there", "told"), [(0.926, False), (0.924, True)])
+def test_the_data_held_out_must_gain_half_of_what_it_changes_there(
+    there: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """2 x 0.074 x 0.1 - 0.1^2 is less than half of 0.1^2, 2 x 0.076 x 0.1 - 0.1^2 is more."""
+    assert bool(Twin(monkeypatch, world(0.9), world(there)).found()) is told
+
+
+@pytest.mark.parametrize(("size", "told"), [(0.019, False), (0.021, True)])
+def test_an_effect_that_is_too_small_for_a_name_gets_none_here_either(
+    size: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twin = Twin(monkeypatch, world(1.0 - size, row=1e4), world(1.0 - size, row=1e4))
+    assert bool(twin.found()) is told
+
+
+def test_nothing_is_asked_without_a_remainder_or_without_data_held_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.9), world(0.9))
+    assert below_remainder(twin.model, twin.drives._replace(held_out={})) == []
+    twin.model.remainder = {}
+    assert twin.found() == []
+    assert is_shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is None
+
+
+@pytest.mark.parametrize(("brake", "names"), [(0.93, ("brake_gain",)), (0.94, ())])
+def test_others_that_gain_at_least_half_as_much_are_rivals(
+    brake: float, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """0.0714 of 0.1 is a little more than half, squared, 0.0612 less."""
+    rows = {DRIVE: 1000.0 * direction(0), BRAKE: 1020.0 * direction(1)}
+    two = [World(dict(rows), {DRIVE: 0.9, BRAKE: brake}) for _ in range(2)]
+    first, second = Twin(monkeypatch, *two, "drive_gain", "brake_gain").found()
+    assert (first.name, first.rivals) == ("drive_gain", names)
+    assert (second.name, second.rivals) == ("brake_gain", ())
+
+
+def test_no_more_than_the_most_are_found_and_each_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.9), world(0.9))
+    monkeypatch.setattr(module, "with_below", lambda twin, drives, found: twin)
+    told: list[str] = []
+    assert len(below_remainder(twin.model, twin.drives, told.append)) == MOST
+    assert told[1] == "what is left as an error that lasts: effect 2; so far drive_gain"
+
+
+def test_the_road_and_the_wind_of_a_day_are_not_the_cars(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.9), world(0.9))
+    monkeypatch.setattr(module, "_OF_THE_DAY", ("drive_gain",))
+    assert twin.found() == []
+
+
+def test_what_the_twin_has_is_not_found_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.9), world(0.9))
+    twin.model.effects = [SimpleNamespace(name="drive_gain")]
+    assert twin.found() == []
+
+
+@pytest.mark.parametrize("start", [{}, {DRIVE: 0.9}])
+@pytest.mark.parametrize(("there", "shown"), [(0.944, True), (0.951, False)])
+def test_one_effect_by_name_has_to_pay_on_both_drives_in_whatever_size(
+    there: float, shown: bool, start: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """2 x 0.056 x 0.1 - 0.1^2 is a little above nothing, 2 x 0.049 x 0.1 - 0.1^2 below; each times 1e6 is chi^2."""
+    (drive,) = tried("drive_gain")
+    twin = Twin(monkeypatch, world(0.9), world(there))
+    found = is_shown_below(twin.model, twin.drives, drive, start)
+    assert (found is not None) is shown
+    assert found is None or found.values[DRIVE] == pytest.approx(0.9, abs=1e-3)
+
+
+def test_it_is_never_named_as_more_than_provisional_and_the_reason_is_said() -> None:
+    named = Below("steer_lag", {"tau": one(0.04)}, 5000.0, ("steer_servo",)).as_named()
+    assert (named.standing, named.rivals, named.gain) == ("provisional", ("steer_servo",), 0.0)
+    assert named.doubts == ("these data cannot tell it from steer_servo", SHOWN_BELOW)
+    assert Below("steer_lag", {"tau": one(0.04)}, 5000.0).as_named().doubts == (SHOWN_BELOW,)
+
+
+@pytest.mark.parametrize(("better", "values"), [(True, (0.8, 0.85)), (False, (0.9, 0.95))])
+def test_all_of_the_twin_is_fitted_anew_beside_it_if_data_held_out_gain(
+    better: bool, values: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twin = MODEL.with_effect("drive_gain", {"g": 0.9})
+    trial = SimpleNamespace(values={DRIVE: 0.8, BRAKE: 0.85})
+    anew = SimpleNamespace(trial=trial, before=2.0, after=1.9 if better else 2.0)
+    asked: list[Any] = []
+    monkeypatch.setattr(module, "refitted", lambda grown, names, drives: asked.append(list(names)) or anew)
+    monkeypatch.setattr(module, "remeasured", lambda twin, drives: twin)
+    found = with_below(twin, Drives({}, {}), Below("brake_gain", {"g": one(0.95)}, 1.0))
+    assert asked == [["drive_gain", "brake_gain"]]
+    assert tuple(a.values["g"] for a in found.effects) == values
+
+
+def test_a_joint_fit_says_what_the_data_held_out_leave_before_and_after(monkeypatch: pytest.MonkeyPatch) -> None:
+    twin = Twin(monkeypatch, world(0.8), world(0.85))
+    twin.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]
+    monkeypatch.setattr(module, "candidates_of", lambda model, names: tried(*names))
+    found = refitted(twin.model, ["drive_gain"], twin.drives)
+    assert found.trial.values[DRIVE] == pytest.approx(0.8, abs=1e-3)
+    assert (found.before, found.after) == (pytest.approx(1000.0 + 50.0**2), pytest.approx(1000.0 + 50.0**2, rel=0.02))
+
+
+def test_only_values_of_effects_that_a_model_has_are_taken() -> None:
+    model = MODEL.with_effect("drive_gain", {"g": 0.9})
+    found = with_values(model, {DRIVE: 0.8, BRAKE: 0.7, ("parameters", "mass"): 1.0})
+    assert [(a.name, a.values["g"]) for a in found.effects] == [("drive_gain", 0.8)]
+
+
+# --- `extend`: what explains too little is asked once more, where what is left lasts
+
+
+@pytest.mark.parametrize(("shows", "names"), [(("mass", "drive_gain"), ["mass", "drive_gain"]), (("mass",), ["mass"])])
+def test_effects_are_taken_that_are_shown_beside_those_before_them(
+    shows: tuple[str, ...], names: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+
+    def shown(twin: str, drives: Any, candidate: Any, start: Any) -> Below | None:
+        asked.append((twin, candidate.name, start))
+        return Below(candidate.name, {}, 1.0) if candidate.name in shows else None
+
+    monkeypatch.setattr(extend_module, "is_shown_below", shown)
+    monkeypatch.setattr(extend_module, "with_below", lambda twin, drives, found: f"{twin} + {found.name}")
+    twin: Any = "twin"
+    grown, found = extend_module._grown_below(twin, tried("drive_gain", "mass")[::-1], {DRIVE: 0.9}, Drives({}, {}))
+    assert asked == [("twin", "mass", {DRIVE: 0.9}), ("twin + mass", "drive_gain", {DRIVE: 0.9})]
+    assert [each.name for each in found] == names
+    assert grown == " + ".join(["twin", *names])
+
+
+def test_a_remainder_that_is_measured_anew_does_not_hold_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[VehicleModel] = []
+    monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: seen.append(twin) or world(1.0))
+    monkeypatch.setattr(module, "folds", lambda logs, held_out, model, effects: ())
+    monkeypatch.setattr(module, "with_remainder", lambda model, search, final, judges: (model, final.names, judges))
+    old = dataclasses.replace(MODEL, remainder={"v": {"cruise": 1.0}})
+    model, names, judges = module.remeasured(old, Drives({"a": None}, {}))  # type: ignore[misc, dict-item]
+    assert (model.remainder, model.remainder_shape, names, judges) == ({}, RemainderShape(), (), ())
+    assert seen[0].remainder == {}
