@@ -127,6 +127,8 @@ def _told(
     imported = dict(log.meta.get("import", {}))
     unknown = imported.get("unknown", [])  # a column that is kept beside the signals was not recognised as one
     imported["recognised"] = [name for name in imported.get("recognised", []) if name not in unknown]
+    drives = [column for column in (model.inputs.columns if model is not None else ()) if column in log.columns]
+    imported["unknown"] = [column for column in unknown if column not in drives]
     entry = {
         "log": name,
         "rows": len(log.t),
@@ -134,6 +136,7 @@ def _told(
         "columns": list(log.columns),
         "rates": _rates(log),
         **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown", "recognised", "unmapped")},
+        "inputs": drives,
         "missing_inputs": missing(model, log) if model is not None else [],
         "findings": [finding.as_dict() for finding in findings],
         "excitation": shown.as_dict(),
@@ -166,6 +169,8 @@ def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitati
             print("  mixed rates: " + ", ".join(f"{name} {hz:.4g} Hz" for name, hz in entry["rates"].items()))
         if entry["missing_inputs"]:
             print(f"  cannot drive the model: has no {' and no '.join(entry['missing_inputs'])}")
+        if entry["inputs"] and not entry["missing_inputs"]:
+            print(f"  drives the model: {', '.join(entry['inputs'])}")
         for key, what in _SAID:
             if entry[key]:
                 print(f"  {what}: {listed(entry[key], 20)}")

@@ -187,10 +187,8 @@ def _instead(log: Log, name: str) -> str:
     answer, stated = MEASURED.get(name, ("", ""))
     if answer in log.columns:
         said += f"; what was measured can drive the model instead: [inputs] {stated}"
-    if near in SIGNALS:
-        return said
     say = "; say which column it is in a mapping (`dvp map LOG > map.toml`, then --map map.toml)"
-    return f"{said}{f'; did you mean {near!r}?' if near else ''}{say}"
+    return f"{said}{f'; did you mean {near!r}?' if near and near not in SIGNALS else ''}{say}"
 
 
 def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:

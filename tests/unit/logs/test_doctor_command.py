@@ -162,3 +162,24 @@ def test_what_drives_the_model_and_is_not_there_is_told_with_what_could_instead(
     told = capsys.readouterr().err
     assert told.startswith("car.toml: is driven by 'steer_cmd', which a.csv does not have; nearest of its ")
     assert 'can drive the model instead: [inputs] steer = "steer"' in told
+
+
+def test_a_column_that_drives_the_model_is_not_one_that_is_not_known(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = write_csv(tmp_path / "a.csv", drive(30.0))
+    log.write_text(log.read_text().replace("steer_cmd [rad]", "wheel_request [rad]", 1))
+    model = tmp_path / "car.toml"
+    inputs = '[inputs]\nsteer = "{}"\nlongitudinal = "accel_cmd"\n[parameters]\nwheelbase = 2.5\n'
+    model.write_text(inputs.format("wheel_request"))
+    assert main(["doctor", str(log), "--model", str(model)]) == 0
+    told = capsys.readouterr().out
+    assert "drives the model: wheel_request, accel_cmd\n" in told
+    assert "kept, not known" not in told
+    assert main(["doctor", str(log)]) == 0
+    told = capsys.readouterr().out
+    assert "kept, not known: wheel_request\n" in told
+    assert "drives the model" not in told
+    model.write_text(inputs.format("steer_cmd"))
+    assert main(["doctor", str(log), "--model", str(model)]) == 0
+    assert "drives the model" not in capsys.readouterr().out
