@@ -151,8 +151,8 @@ def refitted(twin: VehicleModel, names: Collection[str], drives: Drives) -> Refi
 
 
 def is_shown_below(twin: VehicleModel, drives: Drives, candidate: Candidate, start: Values) -> Below | None:
-    """One effect, if it pays on all drives of the twin where its remainder lasts, in whatever size. start: where its fit
-    may begin."""
+    """One effect, if it pays on all drives of the twin where its remainder lasts, in whatever size. start: where its
+    fit may begin."""
     if not (twin.remainder and drives.held_out):
         return None
     target, judge = drives.lasting(twin)

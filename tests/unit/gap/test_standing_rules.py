@@ -389,6 +389,21 @@ def test_limits_that_the_remainder_looks_like_are_the_lowest_of_those_that_are_e
     assert (sizes, limits) == ({"brake_limit": {"limit": pytest.approx(off, abs=0.05)}}, {})
 
 
+@pytest.mark.parametrize(("row", "refuted"), [(36.0, False), (44.0, True)])
+def test_a_limit_that_another_drive_refutes_is_none_that_the_remainder_looks_like(row: float, refuted: bool) -> None:
+    """A limit of 4 adds (36 / 4)^2 or (44 / 4)^2 to the chi^2 of a drive that has none; 10^2 refute it."""
+    lower = ("brake_limit", "limit")
+    town = Limited({lower: 1000.0 * direction(0)}, {lower: 4.0})
+    track = Limited({lower: row * direction(0)}, {lower: inf})
+    model: Any = SimpleNamespace(effects=[])
+    for groups in ((town, track), (track, town)):
+        _, limits = placebos(groups, tried("brake_limit"), model)  # type: ignore[arg-type]
+        assert limits == ({} if refuted else {"brake_limit": {"limit": pytest.approx(4.0, abs=0.1)}})
+    model.effects = [SimpleNamespace(name="brake_limit", values={"limit": 8.0})]
+    sizes, _ = placebos((town, track), tried("brake_limit"), model)  # type: ignore[arg-type]
+    assert sizes  # of a limit that the twin has, another value is another size
+
+
 def test_a_size_is_off_by_the_mean_over_all_drives_also_those_that_do_not_show_it() -> None:
     """A gain of 0.9 on one of two drives: 0.1 / sqrt(2)."""
     model: Any = SimpleNamespace(effects=[])
