@@ -12,6 +12,7 @@ import argparse
 import dataclasses
 import hashlib
 import json
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,6 +23,7 @@ from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.shared.command_columns import check_command_columns
+from pytest_dvp.cli.shared.forwarded_options import forwarded_options
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_diagnosis
 from pytest_dvp.cli.shared.progress import progress
@@ -245,5 +247,13 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
         print(page(extension, change_lines(changes) if changes else ()))
     if written:
         print(f"dvp extend: {arguments.out} written", file=sys.stderr)
+        if arguments.held_out and extension.model.remainder:
+            print(f"dvp extend: once these logs have judged it, fit it on all: {_on_all(arguments)}", file=sys.stderr)
     else:
         print(f"dvp extend: {arguments.out} is not written: {extension.refusal}", file=sys.stderr)
+
+
+def _on_all(arguments: argparse.Namespace) -> str:
+    """The command that fits the new model on the logs that judged it, too."""
+    words = ["dvp", "extend", "--model", arguments.out, "--refit", "--fit", *arguments.fit, *arguments.held_out]
+    return shlex.join([*words, "--out", f"{Path(arguments.out).stem}.all.toml", *forwarded_options(arguments)])

@@ -165,6 +165,7 @@ def extend(
         refusal="; ".join(wrong),
         notes=(*notes, *_edges(final), *_assumed(final, model)),
         explained=explained,
+        excused=bool(model.remainder),
     )
 
 

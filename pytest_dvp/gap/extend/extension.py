@@ -32,6 +32,7 @@ class Extension:
     notes      what is to be known beside it, a line each
     explained  True if what is left, on the data held out too, is no more than the noise of the sensors: nothing is to
                be added any more
+    excused    True if the model as given has a known remainder, which then counts as noise
     """
 
     model: VehicleModel
@@ -42,6 +43,7 @@ class Extension:
     refusal: str
     notes: tuple[str, ...]
     explained: bool
+    excused: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-able; `extend --json` adds the file and the gates."""

@@ -30,7 +30,8 @@ def with_shape(
 
     if not twin.remainder:
         return twin
-    groups = [experiment_set(each, twin, extra=effects) for each in (logs, held_out) if each]
+    drives = [logs, held_out] if held_out else [{name: log} for name, log in logs.items()]
+    groups = [experiment_set(each, twin, extra=effects) for each in drives]
     known = {**catalogue(), **{e.name: e for e in effects}}
     tried = candidates(twin, known.values(), ay="ay" in groups[0].channels, refined=True)
     sizes, limits = placebos(groups, tried, twin)

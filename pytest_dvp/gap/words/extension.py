@@ -56,8 +56,9 @@ def rest(found: Extension) -> str:
     """What is left, and whether anything can still be found in it."""
     last = found.ladder[-1].step
     if found.explained:
+        noise = "what the twin is known to leave" if found.excused else "the sensors' noise"
         return (
-            f"over the whole drive what is left is no more than the sensors' noise (chi²/N {figure(last.chi2_per_n)}): "
+            f"over the whole drive what is left is no more than {noise} (chi²/N {figure(last.chi2_per_n)}): "
             "stop here, more effects would fit noise"
         )
     held = last.held_out_chi2_per_n or 0.0

@@ -244,5 +244,7 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
         {"v": 0.1}, {"mass": {"ratio": 0.2}, "roll": {"gain": 0.3}}, {"ax": 2.0}, {"jerk_limit": {"limit": 9.0}},
         {"power_limit": {"limit": 2.0}},
     )  # fmt: skip
+    three: Any = {"a": None, "b": None, "c": None}  # nothing held out: each drive says what it looks like
+    assert twin_remainder.with_shape(twin, three, {}, ()).remainder_shape.unseen == {"power_limit": {"limit": 3.0}}  # type: ignore[arg-type]
     bare = dataclasses.replace(twin, remainder={})
     assert twin_remainder.with_shape(bare, {"a": None}, {}, ()) is bare  # type: ignore[arg-type, dict-item]

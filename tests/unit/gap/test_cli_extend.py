@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -69,6 +71,26 @@ def test_new_model_is_written_with_interval_and_provenance_and_the_ladder_shows_
     ]  # fmt: skip
     assert "yaw_rate [rad/s]" in out
     assert "stop here" in out
+
+
+@pytest.mark.parametrize("left", [{}, {"v": {"cruise": 0.1}}])
+def test_a_twin_that_leaves_something_can_be_fitted_on_the_logs_that_judged_it_as_the_last_line_says(
+    here: Path, left: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import pytest_dvp.gap.extend.extend as module
+
+    monkeypatch.setattr(module, "with_shape", lambda twin, *more: dataclasses.replace(twin, remainder=left))
+    assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
+    said = "dvp extend: once these logs have judged it, fit it on all: "
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith(said)]
+    assert lines == (
+        [f"{said}dvp extend --model new.toml --refit --fit one.csv two.csv --out new.all.toml"] if left else []
+    )
+    assert extend("--fit", "one.csv") == 0
+    assert said not in capsys.readouterr().err
+    if left:
+        assert main(shlex.split(lines[0].removeprefix(said))[1:]) == 0
+        assert read_model(here / "new.all.toml").effects[0].values["T"] == pytest.approx(0.2, rel=0.02)
 
 
 def test_what_the_user_wrote_stays(here: Path) -> None:
