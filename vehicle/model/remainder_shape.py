@@ -14,9 +14,9 @@
 All of it is measured on the drives from which the twin was learnt, on which nothing is hidden. Memory is the time after
 which two samples of the remainder are alike to 1/e only. Anew is what level and memory do not foresee of the remainder,
 where it is more than the noise. What is imitated is the root mean square of the values (as differences from the true
-ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit, if no other
-of these drives refutes them. Unseen are limits that none of these drives would have noticed, down to the value: a power
-that was never asked for.
+ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit, if no
+other of these drives refutes them. Unseen are limits that none of these drives would have noticed, down to the value: a
+power that was never asked for.
 """
 
 from __future__ import annotations
