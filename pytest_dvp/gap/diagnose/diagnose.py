@@ -34,6 +34,7 @@ from pytest_dvp.gap.diagnose.search import (
     Tick,
 )
 from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
+from pytest_dvp.gap.diagnose.tied_effects import Tied, best_of_tied, gained_apart
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.veto import judged
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
@@ -80,12 +81,21 @@ def diagnose(
         search, found, judges, lambda: folds_with_setup(held_out, model, effects)
     )
     final = found.final
+    tied = Tied(final, ())
+    if target.excused and final.names:
+        tick("what is often confused with it")
+        tied = best_of_tied(search, final, judges)
+        if tied.final is not final:
+            gains = {name: gained_apart(tied.final, judges) for name in tied.final.names}
+            found, final = dataclasses.replace(found, final=tied.final), tied.final
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        found = dataclasses.replace(found, rivals=rivals_of(search, judges, found))
+        rivals = rivals_of(search, judges, found)
+        rivals |= {name: tuple(dict.fromkeys((*tied.rivals, *rivals.get(name, ())))) for name in final.names}
+        found = dataclasses.replace(found, rivals=rivals)
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)
@@ -140,7 +150,7 @@ def diagnose(
         ladder=tuple(steps),
         noise_floor=target.noise(),
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
-        vetoed=vetoed,
+        vetoed=tuple(name for name in vetoed if name not in final.names),
         input_map=_estimates(measured, sure, "inputs"),
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
