@@ -112,7 +112,7 @@ def placebos(
             if now.chi2 - left <= APART**2:
                 continue
             values = search.trial((candidate.name,), point).values
-            refuted = any(_refutes(other, candidate, values) for other in groups if other is not group)
+            refuted = any(_refutes(each, candidate, values) for each in groups)
             for c in sizes(candidate.coordinates):
                 had = present.get(c.effect, {}).get(c.key.name, c.key.neutral)
                 if isinf(had) and not refuted:

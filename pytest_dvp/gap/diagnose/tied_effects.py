@@ -52,13 +52,13 @@ def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     base = search.trial((), without, target=together)
     look = FirstOrderGain(together, base)
     known = search.known[name]
-    tied = [c for c in search.known.values() if (c.is_tied(known) or known.is_tied(c)) and not is_placed(c)]
+    tied = [c for c in search.known.values() if c.is_tied(known) and not is_placed(c)]
     fits = {name: search.trial((name,), final.values, target=together)}
     fits |= {c.name: fit for c in tied if c.name != name and (fit := _fitted(search, look, c, base, together))}
     gains = {one: base.chi2 - fit.chi2 for one, fit in fits.items()}
     sound = [n for n in gains if n == name or search.is_credible(fits[n], n, together)]
     best = max(sound, key=lambda n: gains[n])
-    if best == name or gains[best] <= MORE * gains[name]:
+    if gains[best] <= MORE * gains[name]:
         best = name
     simpler = search.contained(best)
     if simpler in sound and gains[simpler] >= ALIKE * gains[best]:

@@ -156,6 +156,14 @@ def test_one_effect_by_name_has_to_pay_on_both_drives_in_whatever_size(
     assert found is None or found.values[DRIVE] == pytest.approx(0.9, abs=1e-3)
 
 
+@pytest.mark.parametrize(("row", "shown"), [(190.0, False), (210.0, True)])
+def test_one_effect_by_name_needs_twenty_standard_deviations_where_it_is_fitted(
+    row: float, shown: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    twin = Twin(monkeypatch, world(0.9, row=row), world(0.9))
+    assert (is_shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is not None) is shown
+
+
 def test_it_is_never_named_as_more_than_provisional_and_the_reason_is_said() -> None:
     named = Below("steer_lag", {"tau": one(0.04)}, 5000.0, ("steer_servo",)).as_named()
     assert (named.standing, named.rivals, named.gain) == ("provisional", ("steer_servo",), 0.0)

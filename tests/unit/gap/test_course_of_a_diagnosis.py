@@ -18,6 +18,7 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.removal import Searched
 from pytest_dvp.gap.diagnose.search import SearchResult
+from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.diagnose.veto import Judged
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, ROWS, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
@@ -311,3 +312,31 @@ def test_a_model_as_found_has_what_was_named_and_lacks_what_the_car_has_not() ->
     found = module._as_found(MODEL.with_effect("brake_gain", {"g": 0.8}), final, known, ["brake_gain"])
     assert [(a.name, a.values["g"]) for a in found.effects] == [("drive_gain", 0.9)]
     assert (found.inputs.steer_scale, found.car.ay_x) == (0.5, 0.3)
+
+
+@pytest.mark.parametrize("excused", [True, False])
+def test_of_a_twin_with_a_remainder_what_is_often_confused_is_asked_and_may_take_the_place(
+    excused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = Course(monkeypatch, "drive_gain", excused=excused)
+    course.vetoed = ("brake_gain", "mass")
+    course.search.misfit = lambda trial: False  # type: ignore[method-assign]
+    brakes = course.search.trial(("brake_gain",), dict.fromkeys((DRIVE, BRAKE), 0.9))
+    asked: list[Any] = []
+
+    def tied(search: Any, final: Any, judges: Any) -> Tied:
+        asked.append((search, final, judges))
+        return Tied(brakes, ("gear_inertia", "z"))
+
+    monkeypatch.setattr(module, "best_of_tied", tied)
+    monkeypatch.setattr(module, "gained_apart", lambda trial, judges: 0.7)
+    monkeypatch.setattr(module, "rivals_of", lambda search, judges, found: {"brake_gain": ("z", "y")})
+    told = course.run()
+    assert asked == ([(course.search, course.final, ())] if excused else [])
+    assert told.names == (("brake_gain",) if excused else ("drive_gain",))
+    if excused:
+        assert told.effects[0].rivals == ("gear_inertia", "z", "y")
+        assert told.effects[0].held_out_gain == 0.7
+        assert told.vetoed == ("mass",)  # what is named is not said to be vetoed
+    else:
+        assert told.vetoed == ("brake_gain", "mass")
