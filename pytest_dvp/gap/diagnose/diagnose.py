@@ -5,17 +5,18 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.below_remainder import Drives, below_remainder, remeasured
+from pytest_dvp.gap.diagnose.below_remainder import below_remainder
 from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import experiment_set
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, remeasured, with_values
 from pytest_dvp.gap.diagnose.held_out import (
     Fold,
     drives_apart,
@@ -137,7 +138,11 @@ def diagnose(
     below = []
     if named and held_out and not target.excused and search.misfit(final):
         drives = Drives(logs, held_out, effects)
-        below = below_remainder(remeasured(_as_found(model, final, known, gone), drives), drives, tick)
+        twin = model
+        for name in gone:
+            twin = twin.without_effect(name)
+        twin = with_values(twin, final.values, [known[name] for name in final.names])
+        below = below_remainder(remeasured(twin, drives), drives, tick)
         named += tuple(one.as_named() for one in below)
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
@@ -159,20 +164,6 @@ def diagnose(
         samples=Samples(target.count, target.independent, *target.slides()),
         chosen_by_held_out=chose,
     )
-
-
-def _as_found(model: VehicleModel, final: Trial, known: Mapping[str, Effect], gone: Sequence[str]) -> VehicleModel:
-    """The model with what was found, without what it has and the car has not."""
-
-    def of(part: str) -> dict[str, float]:
-        return {key: value for (name, key), value in final.values.items() if name == part}
-
-    for name in gone:
-        model = model.without_effect(name)
-    for name in final.names:
-        model = model.with_effect(known[name], of(name))
-    inputs: dict[str, Any] = of("inputs")
-    return dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **inputs)).with_car(of("parameters"))
 
 
 def _misfit(judges: Sequence[Fold]) -> bool:

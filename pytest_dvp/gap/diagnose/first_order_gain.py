@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_finer
@@ -64,6 +64,16 @@ class FirstOrderGain:
             less = min(hoped, key=lambda option: option[0])[1]
             options.append((self._left(less), less))
         return options
+
+    def promising(self, candidates: Iterable[Candidate]) -> list[tuple[float, Candidate, Point]]:
+        """chi^2 left with each candidate at its best coarse point, and that point; the least first. Candidates that
+        change nothing anywhere are left out."""
+        found = [
+            (left, candidate, point)
+            for candidate in candidates
+            for left, point in sorted(self.remaining_chi2(candidate, candidate.coarse), key=lambda o: o[0])[:1]
+        ]
+        return sorted(found, key=lambda o: (o[0], o[1].name))
 
     def _descended(self, candidate: Candidate, points: Sequence[Point], needed: float) -> list[tuple[float, Point]]:
         """The points of a grid of an effect that comes and goes (a change of gear), and those where the best of them

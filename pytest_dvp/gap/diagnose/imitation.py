@@ -112,13 +112,16 @@ def placebos(
             if now.chi2 - left <= APART**2:
                 continue
             values = search.trial((candidate.name,), point).values
-            refuted = any(_refutes(each, candidate, values) for each in groups)
+            refuted = None  # asked of limits only, for it costs replays of all drives
             for c in sizes(candidate.coordinates):
                 had = present.get(c.effect, {}).get(c.key.name, c.key.neutral)
-                if isinf(had) and not refuted:
-                    known = lowest.setdefault(c.effect, {})
-                    known[c.key.name] = min(known.get(c.key.name, np.inf), as_measured(values[c.name]))
-                elif not isinf(had):
+                if isinf(had):
+                    if refuted is None:
+                        refuted = any(_refutes(each, candidate, values) for each in groups)
+                    if not refuted:
+                        known = lowest.setdefault(c.effect, {})
+                        known[c.key.name] = min(known.get(c.key.name, np.inf), as_measured(values[c.name]))
+                else:
                     sizes_off.setdefault(c.name, [0.0] * len(groups))[k] = values[c.name] - had
     return rounded_imitation(sizes_off), lowest
 

@@ -91,19 +91,13 @@ def _promising(search: Search, now: Trial, judges: Sequence[Fold]) -> list[Trial
     """The sets with one more effect that promise most to first order and that the remainder does not imitate, which may
     gain more than all that is new; fitted where the remainder lasts."""
     lasting = search.target.lasting()
-    look = FirstOrderGain(lasting, now)
-    options = [
-        (left, candidate.name, point)
-        for candidate in search.tried.values()
-        if candidate.name not in now.names
-        for left, point in sorted(look.remaining_chi2(candidate, candidate.coarse), key=lambda o: o[0])[:1]
-    ]
+    options = FirstOrderGain(lasting, now).promising(c for c in search.tried.values() if c.name not in now.names)
     found: list[Trial] = []
-    for left, name, point in sorted(options, key=lambda o: o[:2]):
+    for left, candidate, point in options:
         if len(found) == _TRIED or now.chi2 - left < PROMISE * EVIDENT**2:
             break
-        trial = search.trial((*now.names, name), now.values | point, target=lasting)
-        if not is_imitated(search, trial, name, times_beyond(judges)):
+        trial = search.trial((*now.names, candidate.name), now.values | point, target=lasting)
+        if not is_imitated(search, trial, candidate.name, times_beyond(judges)):
             found.append(trial)
     return found
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.fitted_values import Estimates
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
-from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -18,11 +18,6 @@ from pytest_dvp.gap.words.diagnosis import figure
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
-
-DIGITS = 6  # significant, of a value in a model file
-
-Estimates: TypeAlias = dict[tuple[str, str], Estimate]
-"""(effect, key) -> value with interval."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -133,20 +128,3 @@ def _percent(before: float, after: float) -> str:
         return "from nothing"
     change = 100.0 * (after / before - 1.0)
     return f"{change:+.0f} %" if abs(change) >= 10.0 else f"{change:+.2g} %"
-
-
-def estimates(final: Trial, search: Search) -> Estimates:
-    """Fitted values as they are written, with their 95 % intervals."""
-    sure = intervals(final.fit, search.starts, search.target.exact(final.values))
-    sure = widen_dead_times(search.target, final.fit, final.values, sure)
-    found: Estimates = {}
-    for c in final.fit.coordinates:
-        low, high = sure[c.name]
-        value = rounded(final.values[c.name])
-        found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)
-    return found
-
-
-def rounded(value: float) -> float:
-    """To DIGITS significant digits."""
-    return float(f"{value:.{DIGITS}g}")

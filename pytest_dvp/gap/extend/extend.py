@@ -10,30 +10,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.below_remainder import (
-    SHOWN_BELOW,
-    Below,
-    Drives,
-    is_shown_below,
-    with_below,
-    with_remainder,
-)
+from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, shown_below, with_below
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, with_remainder
+from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates, rounded
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.extend.acceptance import (
-    Acceptance,
-    estimates,
-    judge_addition,
-    judge_removal,
-    rounded,
-    worse_together,
-)
+from pytest_dvp.gap.extend.acceptance import Acceptance, judge_addition, judge_removal, worse_together
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.extend.perception import judge_perception
 from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_shape
@@ -113,11 +101,15 @@ def extend(
     whole, grown = made(chosen), model
     if held_out and (refused := whole.refused):
         tick("what is left as an error that lasts")
-        others = [c for c in chosen if c not in refused]
-        shown = {one.name for one in _grown_below(twin_of(made(others)), refused, begin, drives)[1]}
-        if shown:
+        less = made([c for c in chosen if c not in refused])
+        grown, below = _grown_below(twin_of(less), refused, begin, drives, less.final.names)
+        shown = {one.name for one in below}
+        if len(shown) == len(refused):
+            whole = less
+        elif shown:
             whole = made([c for c in chosen if c.name not in shown])
-            grown, below = _grown_below(twin_of(whole), [c for c in refused if c.name in shown], begin, drives)
+            again = [c for c in refused if c.name in shown]
+            grown, below = _grown_below(twin_of(whole), again, begin, drives, whole.final.names)
     final, sure, done = whole.final, whole.sure, whole.done
     tick("held-out data")
     ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
@@ -174,7 +166,7 @@ class _Made(NamedTuple):
 
     chosen: Sequence[Candidate]
     final: Trial
-    sure: dict[tuple[str, str], Estimate]
+    sure: Estimates
     done: list[Acceptance]
 
     @property
@@ -184,19 +176,19 @@ class _Made(NamedTuple):
 
 
 def _grown_below(
-    twin: VehicleModel, refused: Sequence[Candidate], begin: Values, drives: Drives
+    twin: VehicleModel, refused: Sequence[Candidate], begin: Values, drives: Drives, fitted: Sequence[str]
 ) -> tuple[VehicleModel, list[Below]]:
-    """The twin with those of the effects that all drives show where its remainder lasts, each beside those before it,
-    and these."""
-    found = []
+    """The twin with those of the effects that all drives show where its remainder lasts, each beside those before it
+    and fitted anew with them and with those named in `fitted`, and these."""
+    found: list[Below] = []
     for candidate in refused:
-        if one := is_shown_below(twin, drives, candidate, begin):
-            twin = with_below(twin, drives, one)
+        if one := shown_below(twin, drives, candidate, begin):
+            twin = with_below(twin, drives, one, [*fitted, *(each.name for each in found)])
             found.append(one)
     return twin, found
 
 
-def _with_values(e: NamedEffect, better: Mapping[tuple[str, str], Estimate]) -> NamedEffect:
+def _with_values(e: NamedEffect, better: Estimates) -> NamedEffect:
     return dataclasses.replace(e, parameters={k: better.get((e.name, k), value) for k, value in e.parameters.items()})
 
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
-from pytest_dvp.gap.extend.acceptance import Acceptance, rounded
+from pytest_dvp.gap.diagnose.fitted_values import rounded
+from pytest_dvp.gap.extend.acceptance import Acceptance
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions, perceived_in, simulated_sensors
 from pytest_dvp.gap.perception.on_top import on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived

@@ -6,14 +6,13 @@ import dataclasses
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pytest_dvp.gap.diagnose.below_remainder import Drives, refitted
 from pytest_dvp.gap.diagnose.candidates import candidates, candidates_of
-from pytest_dvp.gap.diagnose.diagnosis import Estimate
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted
+from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured
 from pytest_dvp.gap.diagnose.search import PRACTICAL
-from pytest_dvp.gap.extend.acceptance import estimates
 from pytest_dvp.logs.log import Log
 
 if TYPE_CHECKING:
@@ -42,9 +41,7 @@ def with_shape(
     return dataclasses.replace(twin, remainder_shape=shape)
 
 
-def beside_remainder(
-    twin: VehicleModel, names: Collection[str], drives: Drives, *, always: bool = False
-) -> dict[tuple[str, str], Estimate]:
+def beside_remainder(twin: VehicleModel, names: Collection[str], drives: Drives, *, always: bool = False) -> Estimates:
     """The values of these effects of the twin, fitted once more with its remainder as an error that lasts; empty if
     that takes less than PRACTICAL off the data held out. always: where some of them can be fitted so only.
 

@@ -8,20 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose import fitted_values
 from pytest_dvp.gap.diagnose.candidates import candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
+from pytest_dvp.gap.diagnose.fitted_values import estimates, rounded
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend import acceptance as module
-from pytest_dvp.gap.extend.acceptance import (
-    _percent,
-    estimates,
-    judge_addition,
-    judge_removal,
-    rounded,
-    worse_together,
-)
+from pytest_dvp.gap.extend.acceptance import _percent, judge_addition, judge_removal, worse_together
 from pytest_dvp.gap.extend.extend import _assumed, _edges, _fitted, _present, _search, _shares, _values
 from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, Applied, Having, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
@@ -180,8 +175,8 @@ def test_shares_of_the_excess_are_those_beyond_the_noise() -> None:
 
 def test_values_are_told_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
     """An interval holds the rounded value, too."""
-    monkeypatch.setattr(module, "intervals", lambda fit, starts, exact: {DRIVE: (0.912345678, 0.912345679)})
-    monkeypatch.setattr(module, "widen_dead_times", lambda target, fit, values, sure: sure)
+    monkeypatch.setattr(fitted_values, "intervals", lambda fit, starts, exact: {DRIVE: (0.912345678, 0.912345679)})
+    monkeypatch.setattr(fitted_values, "widen_dead_times", lambda target, fit, values, sure: sure)
     world: Any = hides(100.0)
     world.exact = lambda values: None
     search = a_search(world, "drive_gain")

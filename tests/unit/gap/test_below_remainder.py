@@ -9,20 +9,22 @@ from typing import Any
 import pytest
 
 from pytest_dvp.gap.diagnose import below_remainder as module
+from pytest_dvp.gap.diagnose import fitted_twin
 from pytest_dvp.gap.diagnose.below_remainder import (
     MOST,
     SHOWN_BELOW,
     Below,
-    Drives,
     below_remainder,
-    is_shown_below,
-    refitted,
+    shown_below,
     with_below,
-    with_values,
 )
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted, with_values
 from pytest_dvp.gap.extend import extend as extend_module
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, World, direction, tried
+from tests.unit.gap.test_extending_by_hand import MODEL as HAD
+from tests.unit.gap.test_extending_by_hand import Course
+from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.remainder_shape import RemainderShape
 from vehicle.model.vehicle_model import VehicleModel
 
@@ -42,9 +44,9 @@ class Twin:
         fitted.channels = {}
         self.drives = Drives({"a": None}, {"b": None})  # type: ignore[dict-item]
         self.model: Any = SimpleNamespace(remainder={"v": 1.0}, effects=[])
-        monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: self.worlds[next(iter(logs))])
+        monkeypatch.setattr(fitted_twin, "experiment_set", lambda logs, twin, extra: self.worlds[next(iter(logs))])
         monkeypatch.setattr(module, "candidates", lambda twin, effects, ay, refined: tried(*(names or NAMES)))
-        monkeypatch.setattr(module, "with_below", lambda twin, drives, found: self._known(found))
+        monkeypatch.setattr(module, "with_below", lambda twin, drives, found, fitted: self._known(found))
         monkeypatch.setattr(World, "exact", lambda world, values: world.whitened(values), raising=False)
 
     def _known(self, found: Below) -> Any:
@@ -108,7 +110,7 @@ def test_nothing_is_asked_without_a_remainder_or_without_data_held_out(monkeypat
     assert below_remainder(twin.model, twin.drives._replace(held_out={})) == []
     twin.model.remainder = {}
     assert twin.found() == []
-    assert is_shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is None
+    assert shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is None
 
 
 @pytest.mark.parametrize(("brake", "names"), [(0.93, ("brake_gain",)), (0.94, ())])
@@ -125,7 +127,7 @@ def test_others_that_gain_at_least_half_as_much_are_rivals(
 
 def test_no_more_than_the_most_are_found_and_each_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = Twin(monkeypatch, world(0.9), world(0.9))
-    monkeypatch.setattr(module, "with_below", lambda twin, drives, found: twin)
+    monkeypatch.setattr(module, "with_below", lambda twin, drives, found, fitted: twin)
     told: list[str] = []
     assert len(below_remainder(twin.model, twin.drives, told.append)) == MOST
     assert told[1] == "what is left as an error that lasts: effect 2; so far drive_gain"
@@ -133,7 +135,13 @@ def test_no_more_than_the_most_are_found_and_each_is_told(monkeypatch: pytest.Mo
 
 def test_the_road_and_the_wind_of_a_day_are_not_the_cars(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = Twin(monkeypatch, world(0.9), world(0.9))
-    monkeypatch.setattr(module, "_OF_THE_DAY", ("drive_gain",))
+    (gain,) = tried("drive_gain")
+    road = dataclasses.replace(gain, effect=dataclasses.replace(gain.effect, slot="road"))
+    monkeypatch.setattr(module, "candidates", lambda twin, effects, ay, refined: [road])
+    assert twin.found() == []
+    monkeypatch.setattr(module, "candidates", lambda twin, effects, ay, refined: [gain])
+    assert [each.name for each in twin.found()] == ["drive_gain"]
+    monkeypatch.setattr(module, "_WIND", "drive_gain")
     assert twin.found() == []
 
 
@@ -151,7 +159,7 @@ def test_one_effect_by_name_has_to_pay_on_both_drives_in_whatever_size(
     """2 x 0.056 x 0.1 - 0.1^2 is a little above nothing, 2 x 0.049 x 0.1 - 0.1^2 below; each times 1e6 is chi^2."""
     (drive,) = tried("drive_gain")
     twin = Twin(monkeypatch, world(0.9), world(there))
-    found = is_shown_below(twin.model, twin.drives, drive, start)
+    found = shown_below(twin.model, twin.drives, drive, start)
     assert (found is not None) is shown
     assert found is None or found.values[DRIVE] == pytest.approx(0.9, abs=1e-3)
 
@@ -161,7 +169,7 @@ def test_one_effect_by_name_needs_twenty_standard_deviations_where_it_is_fitted(
     row: float, shown: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     twin = Twin(monkeypatch, world(0.9, row=row), world(0.9))
-    assert (is_shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is not None) is shown
+    assert (shown_below(twin.model, twin.drives, tried("drive_gain")[0], {}) is not None) is shown
 
 
 def test_it_is_never_named_as_more_than_provisional_and_the_reason_is_said() -> None:
@@ -181,7 +189,7 @@ def test_all_of_the_twin_is_fitted_anew_beside_it_if_data_held_out_gain(
     asked: list[Any] = []
     monkeypatch.setattr(module, "refitted", lambda grown, names, drives: asked.append(list(names)) or anew)
     monkeypatch.setattr(module, "remeasured", lambda twin, drives: twin)
-    found = with_below(twin, Drives({}, {}), Below("brake_gain", {"g": one(0.95)}, 1.0))
+    found = with_below(twin, Drives({}, {}), Below("brake_gain", {"g": one(0.95)}, 1.0), ["drive_gain"])
     assert asked == [["drive_gain", "brake_gain"]]
     assert tuple(a.values["g"] for a in found.effects) == values
 
@@ -189,16 +197,19 @@ def test_all_of_the_twin_is_fitted_anew_beside_it_if_data_held_out_gain(
 def test_a_joint_fit_says_what_the_data_held_out_leave_before_and_after(monkeypatch: pytest.MonkeyPatch) -> None:
     twin = Twin(monkeypatch, world(0.8), world(0.85))
     twin.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]
-    monkeypatch.setattr(module, "candidates_of", lambda model, names: tried(*names))
+    monkeypatch.setattr(fitted_twin, "candidates_of", lambda model, names: tried(*names))
     found = refitted(twin.model, ["drive_gain"], twin.drives)
     assert found.trial.values[DRIVE] == pytest.approx(0.8, abs=1e-3)
     assert (found.before, found.after) == (pytest.approx(1000.0 + 50.0**2), pytest.approx(1000.0 + 50.0**2, rel=0.02))
 
 
-def test_only_values_of_effects_that_a_model_has_are_taken() -> None:
+def test_values_are_taken_of_effects_that_a_model_has_or_gets_and_of_its_inputs_and_its_car() -> None:
     model = MODEL.with_effect("drive_gain", {"g": 0.9})
-    found = with_values(model, {DRIVE: 0.8, BRAKE: 0.7, ("parameters", "mass"): 1.0})
-    assert [(a.name, a.values["g"]) for a in found.effects] == [("drive_gain", 0.8)]
+    values = {DRIVE: 0.8, BRAKE: 0.7, BIAS: 0.1, ("inputs", "steer_scale"): 0.5, ("parameters", "ay_x"): 0.3}
+    found = with_values(model, values, [find_effect("brake_gain")])
+    assert [(a.name, a.values["g"]) for a in found.effects] == [("drive_gain", 0.8), ("brake_gain", 0.7)]
+    assert (found.inputs.steer_scale, found.car.ay_x) == (0.5, 0.3)
+    assert [(a.name, a.values["g"]) for a in with_values(model, {}).effects] == [("drive_gain", 0.9)]
 
 
 # --- `extend`: what explains too little is asked once more, where what is left lasts
@@ -214,10 +225,16 @@ def test_effects_are_taken_that_are_shown_beside_those_before_them(
         asked.append((twin, candidate.name, start))
         return Below(candidate.name, {}, 1.0) if candidate.name in shows else None
 
-    monkeypatch.setattr(extend_module, "is_shown_below", shown)
-    monkeypatch.setattr(extend_module, "with_below", lambda twin, drives, found: f"{twin} + {found.name}")
+    monkeypatch.setattr(extend_module, "shown_below", shown)
+    together: list[Any] = []
+    monkeypatch.setattr(
+        extend_module, "with_below",
+        lambda twin, drives, found, fitted: together.append(fitted) or f"{twin} + {found.name}",
+    )  # fmt: skip
     twin: Any = "twin"
-    grown, found = extend_module._grown_below(twin, tried("drive_gain", "mass")[::-1], {DRIVE: 0.9}, Drives({}, {}))
+    refused = tried("drive_gain", "mass")[::-1]
+    grown, found = extend_module._grown_below(twin, refused, {DRIVE: 0.9}, Drives({}, {}), ("brake_gain",))
+    assert together == [["brake_gain"], ["brake_gain", "mass"]][: len(names)]
     assert asked == [("twin", "mass", {DRIVE: 0.9}), ("twin + mass", "drive_gain", {DRIVE: 0.9})]
     assert [each.name for each in found] == names
     assert grown == " + ".join(["twin", *names])
@@ -225,10 +242,35 @@ def test_effects_are_taken_that_are_shown_beside_those_before_them(
 
 def test_a_remainder_that_is_measured_anew_does_not_hold_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[VehicleModel] = []
-    monkeypatch.setattr(module, "experiment_set", lambda logs, twin, extra: seen.append(twin) or world(1.0))
-    monkeypatch.setattr(module, "folds", lambda logs, held_out, model, effects: ())
-    monkeypatch.setattr(module, "with_remainder", lambda model, search, final, judges: (model, final.names, judges))
+    monkeypatch.setattr(fitted_twin, "experiment_set", lambda logs, twin, extra: seen.append(twin) or world(1.0))
+    monkeypatch.setattr(fitted_twin, "folds", lambda logs, held_out, model, effects: ())
+    monkeypatch.setattr(
+        fitted_twin, "with_remainder", lambda model, search, final, judges: (model, final.names, judges)
+    )
     old = dataclasses.replace(MODEL, remainder={"v": {"cruise": 1.0}})
-    model, names, judges = module.remeasured(old, Drives({"a": None}, {}))  # type: ignore[misc, dict-item]
+    model, names, judges = fitted_twin.remeasured(old, Drives({"a": None}, {}))  # type: ignore[misc, dict-item]
     assert (model.remainder, model.remainder_shape, names, judges) == ({}, RemainderShape(), (), ())
     assert seen[0].remainder == {}
+
+
+@pytest.mark.parametrize(
+    ("shown", "fits", "refused"),
+    [
+        ((), [["mass", "steer_lag", "brake_gain"], ["brake_gain"]], "mass is wrong; steer_lag is wrong"),
+        (("mass", "steer_lag"), [["mass", "steer_lag", "brake_gain"], ["brake_gain"]], "worse"),
+        (("mass",), [["mass", "steer_lag", "brake_gain"], ["brake_gain"], ["steer_lag", "brake_gain"]],
+         "steer_lag is wrong"),
+    ],
+)  # fmt: skip
+def test_what_is_refused_sample_by_sample_is_asked_once_more_before_it_is(
+    shown: tuple[str, ...], fits: list[list[str]], refused: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = Course(monkeypatch, wrong=("mass", "steer_lag"))
+    course.shown = shown
+    found = course.run(add=["mass", "steer_lag", "brake_gain"], held_out={"b": None})
+    assert course.fits == fits
+    assert [names for names, _ in course.asked["below"]] == [
+        ["mass", "steer_lag"],
+        *([["mass"]] if len(fits) > 2 else []),
+    ]
+    assert (found.refusal, found.model) == (refused, HAD if shown else "model")

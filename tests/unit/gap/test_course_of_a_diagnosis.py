@@ -20,7 +20,7 @@ from pytest_dvp.gap.diagnose.removal import Searched
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.diagnose.veto import Judged
-from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, ROWS, World, a_search, direction, tried
+from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
 
 
@@ -288,30 +288,19 @@ def test_a_search_goes_on_below_what_it_cannot_explain_if_other_drives_can_judge
     drives: list[Any] = []
     lag = ("steer_lag", "tau")
     value = Estimate(0.04, 0.03, 0.05, "s")
-    monkeypatch.setattr(module, "_as_found", lambda model, final, known, gone: (final.names, tuple(gone)))
+    monkeypatch.setattr(module, "with_values", lambda model, values, added: tuple(e.name for e in added))
     monkeypatch.setattr(module, "remeasured", lambda twin, drives: ("measured", twin))
     monkeypatch.setattr(
         module, "below_remainder",
         lambda twin, on, tick: drives.append((twin, on.held_out)) or [Below("steer_lag", {"tau": value}, 900.0)],
     )  # fmt: skip
     told = course.run(held_out={"b": None} if held_out else None)
-    assert drives == ([(("measured", (("drive_gain",), ())), {"b": None})] if asked else [])
+    assert drives == ([(("measured", ("drive_gain",)), {"b": None})] if asked else [])
     assert [e.name for e in told.effects] == [*named, *(["steer_lag"] if asked else [])]
     assert told.values.get(lag) == (0.04 if asked else None)
     if asked:
         assert (told.effects[-1].standing, told.effects[-1].gain) == ("provisional", 0.0)
         assert [step.added for step in told.ladder] == ["", "drive_gain"]  # it takes next to nothing off the error
-
-
-def test_a_model_as_found_has_what_was_named_and_lacks_what_the_car_has_not() -> None:
-    final: Any = SimpleNamespace(
-        names=("drive_gain",),
-        values={DRIVE: 0.9, ("inputs", "steer_scale"): 0.5, ("parameters", "ay_x"): 0.3, BRAKE: 1.0},
-    )
-    known = {"drive_gain": find_effect("drive_gain")}
-    found = module._as_found(MODEL.with_effect("brake_gain", {"g": 0.8}), final, known, ["brake_gain"])
-    assert [(a.name, a.values["g"]) for a in found.effects] == [("drive_gain", 0.9)]
-    assert (found.inputs.steer_scale, found.car.ay_x) == (0.5, 0.3)
 
 
 @pytest.mark.parametrize("excused", [True, False])

@@ -171,6 +171,12 @@ def test_the_new_model_replays_as_the_ladder_says(with_both: Extension) -> None:
     assert again.ladder[0].step.chi2_per_n == pytest.approx(found.ladder[-1].step.chi2_per_n, rel=0.02)
 
 
+def test_what_a_twin_is_known_to_leave_is_not_called_noise_of_the_sensors(with_both: Extension) -> None:
+    known, unknown = (rest(dataclasses.replace(with_both, excused=excused)) for excused in (True, False))
+    assert "is no more than what the twin is known to leave" in known
+    assert "is no more than the sensors' noise" in unknown
+
+
 def test_provenance_is_that_of_what_was_fitted() -> None:
     found = extend(
         logs(a=town(DELAY, BRAKES)), model(DELAY), add=["brake_gain"], fitted_on=["a.csv sha256:00"]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnose_module
+from pytest_dvp.gap.diagnose.below_remainder import Below
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import _imitated
@@ -123,6 +124,8 @@ class Course:
         self.asked: dict[str, Any] = {}
         self.ticks: list[str] = []
         self.wrong = set(wrong)
+        self.fits: list[list[str]] = []
+        self.shown: tuple[str, ...] = ()  # of what is refused, where what is left lasts
         target: Any = SimpleNamespace(by_channel=lambda values: channels or {"v": 1.0}, channels=("v",),
                                       noise=lambda: {"v": 0.1}, count=100)  # fmt: skip
         self.search: Any = SimpleNamespace(start={("inputs", "a"): 1.0}, target=target, nuisance=())
@@ -140,14 +143,14 @@ class Course:
             "judge_perception": self._perception, "_extended": self._note("extended", "model"),
             "with_remainder": lambda extended, *more: extended, "with_shape": lambda twin, *more: twin,
             "beside_remainder": lambda *asked, always: {},
-            "_grown_below": lambda twin, refused, begin, drives: self._below(twin, refused),
+            "_grown_below": lambda twin, refused, begin, drives, fitted: self._below(twin, refused, fitted),
             "worse_together": lambda steps: ["worse"],
         }.items():  # fmt: skip
             monkeypatch.setattr(extend_module, name, value)
 
-    def _below(self, twin: Any, refused: Any) -> Any:
-        self.asked["below"] = [c.name for c in refused]
-        return twin, []
+    def _below(self, twin: Any, refused: Any, fitted: Any) -> Any:
+        self.asked.setdefault("below", []).append(([c.name for c in refused], list(fitted)))
+        return (MODEL if self.shown else twin), [Below(c.name, {}, 900.0) for c in refused if c.name in self.shown]
 
     def _search(self, target: Any, model: Any, tried: Any, lost: Any) -> Any:
         self.asked["search"] = ([c.name for c in tried], list(lost))
@@ -155,6 +158,7 @@ class Course:
 
     def _fitted(self, search: Any, begin: Any, kept: Any, chosen: Any) -> Any:
         self.asked["fitted"] = (dict(begin), list(kept), [c.name for c in chosen])
+        self.fits.append([c.name for c in chosen])
         return self.final
 
     def _ladder(self, rungs: Any) -> Any:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.diagnose import below_remainder
-from pytest_dvp.gap.diagnose.below_remainder import Drives
+from pytest_dvp.gap.diagnose import fitted_twin
 from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_imitated
 from pytest_dvp.gap.diagnose.candidates import sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
+from pytest_dvp.gap.diagnose.fitted_twin import Drives
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.imitation import unseen
 from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
@@ -179,8 +179,8 @@ def test_a_twin_is_fitted_once_more_where_its_remainder_lasts_if_data_held_out_a
 ) -> None:
     """The plain fit said 0.9, with the remainder as an error that lasts it is 0.8; the other drive says so or not."""
     worlds = {name: World({DRIVE: 1000.0 * direction(0)}, {DRIVE: value}) for name, value in (("a", 0.8), ("b", there))}
-    monkeypatch.setattr(below_remainder, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
-    for each in (module, below_remainder):
+    monkeypatch.setattr(fitted_twin, "experiment_set", lambda logs, twin, extra: worlds[next(iter(logs))])
+    for each in (module, fitted_twin):
         monkeypatch.setattr(each, "candidates_of", lambda twin, names: tried(*names))
     monkeypatch.setattr(
         module, "estimates", lambda found, search: {k: Estimate(v, v, v, "-") for k, v in found.values.items()}

@@ -317,10 +317,6 @@ def test_the_whole_text_of_an_extension() -> None:
     ]
 
 
-def test_what_a_twin_is_known_to_leave_is_not_called_noise_of_the_sensors() -> None:
-    assert "is no more than what the twin is known to leave (chi²/N 1.00)" in extension.rest(extended(excused=True))
-
-
 def test_a_refused_extension_does_not_say_what_to_do_next() -> None:
     lines = extension.page(extended(refusal="loses", notes=())).splitlines()
     assert lines[-1].startswith("noise")

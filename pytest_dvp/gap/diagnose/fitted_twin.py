@@ -1,0 +1,97 @@
+"""A twin with fitted values, and what it leaves of the drives that it is fitted on and judged by."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pytest_dvp.gap.diagnose.candidates import candidates_of
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
+from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold
+from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
+from pytest_dvp.gap.diagnose.lasting_remainder import measured_memory
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.logs.log import Log
+from vehicle.model.remainder_shape import RemainderShape
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+
+class Drives(NamedTuple):
+    """The data of a twin by name: those fitted on, those held out, and the user's own effects."""
+
+    logs: Mapping[str, Log]
+    held_out: Mapping[str, Log]
+    effects: Sequence[Effect] = ()
+
+    def lasting(self, twin: VehicleModel) -> tuple[ExperimentSet, ExperimentSet]:
+        """Both, with the twin's remainder as an error that lasts, settled."""
+        found = tuple(experiment_set(each, twin, extra=self.effects).lasting() for each in (self.logs, self.held_out))
+        for data in found:
+            for _ in range(2):  # where the segments begin depends on what came before them
+                data.settle({})
+        return found[0], found[1]
+
+
+def with_values(model: VehicleModel, values: Values, added: Sequence[Effect] = ()) -> VehicleModel:
+    """The model with these values of the effects that it has, of those that are added to it, of its inputs and of the
+    car; all others are left as they are."""
+    by_part: dict[str, dict[str, Any]] = {}
+    for (part, key), value in values.items():
+        by_part.setdefault(part, {})[key] = value
+    for effect in (*(applied.effect for applied in model.effects), *added):
+        if effect.name in by_part:
+            model = model.with_effect(effect, by_part[effect.name])
+    inputs = dataclasses.replace(model.inputs, **by_part.get("inputs", {}))
+    return dataclasses.replace(model, inputs=inputs).with_car(by_part.get("parameters", {}))
+
+
+def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Sequence[Fold]) -> VehicleModel:
+    """The model with what it does not explain of the logs fitted on and of those held out: how much, and for how
+    long."""
+    fitted = [(e, final.values) for e in search.target.experiments]
+    apart = [
+        (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
+        for e in fold.judge.experiments
+    ]  # fmt: skip
+    remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
+    parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
+    memory = measured_memory(parts, remainder) if remainder else {}
+    return dataclasses.replace(model, remainder=remainder, remainder_shape=RemainderShape(memory=memory))
+
+
+def remeasured(twin: VehicleModel, drives: Drives) -> VehicleModel:
+    """The twin with the remainder that it has now on its drives."""
+    bare = dataclasses.replace(twin, remainder={}, remainder_shape=RemainderShape())
+    plain = Search(experiment_set(drives.logs, bare, extra=drives.effects), ())
+    plain.target.settle({})
+    return with_remainder(bare, plain, plain.trial((), {}), folds(drives.logs, drives.held_out, bare, drives.effects))
+
+
+class Refitted(NamedTuple):
+    """A joint fit where the remainder lasts, and what the data held out leave with the values before and after it
+    (chi^2)."""
+
+    search: Search
+    trial: Trial
+    before: float
+    after: float
+
+
+def refitted(twin: VehicleModel, names: Collection[str], drives: Drives) -> Refitted:
+    """These effects of the twin fitted jointly where its remainder lasts."""
+    target, judge = drives.lasting(twin)
+    tried = candidates_of(twin, names)
+    search = Search(target, tried)
+    of_twin = {(a.name, key): value for a in twin.effects for key, value in a.values.items()}
+    begin = {c.name: of_twin[c.name] for candidate in tried for c in candidate.coordinates}
+    found = search.trial(list(search.tried), begin)
+    target.settle(found.values)
+    found = search.trial(found.names, found.values)
+    before, after = (square(judge.whitened(values)) for values in (begin, found.values))
+    return Refitted(search, found, before, after)
