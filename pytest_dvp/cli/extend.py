@@ -248,7 +248,8 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
     if written:
         print(f"dvp extend: {arguments.out} written", file=sys.stderr)
         if arguments.held_out and extension.model.remainder:
-            print(f"dvp extend: once these logs have judged it, fit it on all: {_on_all(arguments)}", file=sys.stderr)
+            said = "to fit it on the held-out logs as well, once they have judged it"
+            print(f"dvp extend: {said}: {_on_all(arguments)}", file=sys.stderr)
     else:
         print(f"dvp extend: {arguments.out} is not written: {extension.refusal}", file=sys.stderr)
 

@@ -6,7 +6,8 @@ it half. Fitted on both together, where the remainder lasts, the true one explai
 much as the named one cannot be told from it: no twin is as exact as the difference.
 
 On four sets of strangers' cars, with answers of one name, the true one explained 4 to 10 % more than the name in three
-of the answers that were wrong, and in all that were right no tied one more than 3 % more.
+of the answers that were wrong, and in all that were right no tied one more than 3 % more. The bounds below were chosen
+on these sets; on no other have they been tried.
 """
 
 from __future__ import annotations

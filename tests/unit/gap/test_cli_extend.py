@@ -81,7 +81,7 @@ def test_a_twin_that_leaves_something_can_be_fitted_on_the_logs_that_judged_it_a
 
     monkeypatch.setattr(module, "with_shape", lambda twin, *more: dataclasses.replace(twin, remainder=left))
     assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
-    said = "dvp extend: once these logs have judged it, fit it on all: "
+    said = "dvp extend: to fit it on the held-out logs as well, once they have judged it: "
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith(said)]
     assert lines == (
         [f"{said}dvp extend --model new.toml --refit --fit one.csv two.csv --out new.all.toml"] if left else []

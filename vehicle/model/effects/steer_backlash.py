@@ -14,7 +14,7 @@ from vehicle.model.step_maths import clip
     name="steer_backlash",
     slot="actuator",
     order=40,
-    physics="gear and joints have play, or the steering has friction that holds while it moves, too: after a "
+    physics="gear and joints have play, or dry friction acts while the steering moves, which looks the same: after a "
     "reversal the wheels follow only once it is taken up",
     equation="d_c - b <= d <= d_c + b, d' = 0 inside",
     source="G. Tao, P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities",
