@@ -87,6 +87,8 @@ def _effect(effect: NamedEffect, share: str) -> str:
         return f"  - {effect.name}"
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
+    if not effect.parameters:
+        return f"  {sign} {effect.name}: these data give it no value"
     of = "what the detections show" if effect.name in perception_effect_names() else "the error"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
     return f"  {sign} {effect.name}: {values}, explains {share} of {of}{rivals}"

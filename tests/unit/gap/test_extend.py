@@ -13,7 +13,7 @@ import pytest
 
 from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.gap.extend.extension import Extension
-from pytest_dvp.gap.words.extension import rest
+from pytest_dvp.gap.words.extension import page, rest
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack
 from tests.truth.effects import REFINED, Effects
@@ -246,6 +246,7 @@ def test_perception_effect_that_other_detections_do_not_show_is_refused() -> Non
 def test_perception_effect_that_is_not_there_is_refused() -> None:
     found = extend(logs(a=with_boxes(0.0, 1)), model(), add=["detection_latency"])
     assert "the detections of these logs do not show it" in found.refusal
+    assert "  + detection_latency: these data give it no value" in page(found).splitlines()
 
 
 @pytest.mark.nightly
