@@ -10,11 +10,10 @@ size.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import TYPE_CHECKING, NamedTuple
 
 from pytest_dvp.gap.diagnose.beyond_remainder import AGREES, APART, EVIDENT
-from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, is_worth_naming, sizes
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of, is_worth_naming, sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
@@ -67,17 +66,17 @@ def below_remainder(twin: VehicleModel, drives: Drives, tick: Tick = lambda text
         best, others = options[0], options[1:]
         rivals = tuple(other.name for other in others if other.gain > RIVAL_SHARE * best.gain)
         found.append(best._replace(rivals=rivals))
-        twin = with_below(twin, drives, best, [applied.name for applied in twin.effects])
+        twin = with_below(twin, drives, best)
     return found
 
 
-def with_below(twin: VehicleModel, drives: Drives, found: Below, fitted: Collection[str] = ()) -> VehicleModel:
-    """The twin with the effect, fitted anew together with those named in `fitted` where its remainder lasts if data
-    held out gain by that, and the remainder that it has then."""
+def with_below(twin: VehicleModel, drives: Drives, found: Below) -> VehicleModel:
+    """The twin with the effect, fitted anew together with its `mates` where the remainder lasts if data held out gain
+    by that, and the remainder that it has then. All others stay: they are fitted for what counts each sample alone."""
     known = {e.name: e for e in drives.effects}
     values = {key: one.value for key, one in found.parameters.items()}
     grown = twin.with_effect(known.get(found.name, found.name), values)
-    anew = refitted(grown, [*fitted, found.name], drives)
+    anew = refitted(grown, [*mates(grown, found.name), found.name], drives)
     return remeasured(with_values(grown, anew.trial.values) if anew.after < anew.before else grown, drives)
 
 
@@ -87,12 +86,12 @@ def shown_below(twin: VehicleModel, drives: Drives, candidate: Candidate, start:
     if not (twin.remainder and drives.held_out):
         return None
     target, judge = drives.lasting(twin)
-    search = Search(target, [candidate])
+    search = Search(target, [candidate, *_often_confused(twin, candidate)])
     mine = {c.name: start[c.name] for c in candidate.coordinates if c.name in start}
     look = FirstOrderGain(target, search.trial((), {}))
     points = [*([mine] if len(mine) == len(candidate.coordinates) else []), *candidate.points]
     _, point = min(look.remaining_chi2(candidate, points), key=lambda option: option[0], default=(0.0, {}))
-    return _both_show(search, judge, candidate, point, agrees=0.0) if point else None
+    return _both_show(search, judge, twin, candidate, point, agrees=0.0) if point else None
 
 
 def _shown(twin: VehicleModel, drives: Drives) -> list[Below]:
@@ -105,25 +104,46 @@ def _shown(twin: VehicleModel, drives: Drives) -> list[Below]:
         for c in candidates(twin, known.values(), ay="ay" in target.channels, refined=True)
         if c.name not in (*present, _WIND) and c.effect.slot != "road"  # what two drives of a day share is no car's
     ]
-    search = Search(target, tried)
+    search = Search(target, [*tried, *candidates_of(twin, present)])
     now = search.trial((), {})
     options = FirstOrderGain(target, now).promising(tried)[:_FITTED]
-    each = (_both_show(search, judge, c, point) for left, c, point in options if now.chi2 - left > EVIDENT**2)
+    each = (_both_show(search, judge, twin, c, point) for left, c, point in options if now.chi2 - left > EVIDENT**2)
     return sorted((found for found in each if found), key=lambda found: -found.gain)
 
 
+def mates(twin: VehicleModel, name: str) -> list[str]:
+    """The other effects of the twin that are often confused with one of its effects."""
+    return [other.name for one in candidates_of(twin, [name]) for other in _often_confused(twin, one)]
+
+
+def _often_confused(twin: VehicleModel, candidate: Candidate) -> list[Candidate]:
+    """The effects of the twin that have stood for this one as far as they could."""
+    every = candidates_of(twin, [applied.name for applied in twin.effects])
+    return [other for other in every if other.is_tied(candidate) and other.name != candidate.name]
+
+
 def _both_show(
-    search: Search, judge: ExperimentSet, candidate: Candidate, point: Values, agrees: float = AGREES
-) -> Below | None:
-    """The effect fitted from a point on, if it takes EVIDENT standard deviations off the data fitted on, APART off
-    those held out, of what it changes there the share `agrees` at least, and is as large as one is worth a name."""
-    base = search.target.whitened({})
-    trial = search.trial((candidate.name,), point)
-    gain = square(base) - trial.chi2
-    without, with_it = judge.whitened({}), judge.whitened(trial.values)
+    search: Search, judge: ExperimentSet, twin: VehicleModel, candidate: Candidate, point: Values,
+    agrees: float = AGREES,
+) -> Below | None:  # fmt: skip
+    """The effect fitted from a point on, together with those of the twin that have stood for it, if it takes EVIDENT
+    standard deviations off the data fitted on, APART off those held out, of what it changes there the share `agrees` at
+    least, and is as large as one is worth a name.
+
+    A dead time has taken what a lag does as far as it can: beside a dead time that stays as it is, each drive asks for
+    another lag.
+    """
+    confused = _often_confused(twin, candidate)
+    of_twin = {(a.name, key): value for a in twin.effects for key, value in a.values.items()}
+    names = [other.name for other in confused]
+    base = search.trial(names, {c.name: of_twin[c.name] for other in confused for c in other.coordinates})
+    trial = search.trial((*names, candidate.name), {**base.values, **point})
+    gain = base.chi2 - trial.chi2
+    without, with_it = judge.whitened(base.values), judge.whitened(trial.values)
     held_out, changed = square(without) - square(with_it), square(without - with_it)
     large = any(is_worth_naming(c.key, trial.values[c.name]) for c in sizes(candidate.coordinates))
     sure = large and search.is_credible(trial, candidate.name, search.target)
     if sure and gain > EVIDENT**2 and held_out > APART**2 and held_out >= agrees * changed:
-        return Below(candidate.name, {key: one for (_, key), one in estimates(trial, search).items()}, gain + held_out)
+        mine = {key: one for (name, key), one in estimates(trial, search).items() if name == candidate.name}
+        return Below(candidate.name, mine, gain + held_out)
     return None

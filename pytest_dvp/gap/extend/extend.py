@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, shown_below, with_below
+from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, mates, shown_below, with_below
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
@@ -102,14 +102,14 @@ def extend(
     if held_out and (refused := whole.refused):
         tick("what is left as an error that lasts")
         less = made([c for c in chosen if c not in refused])
-        grown, below = _grown_below(twin_of(less), refused, begin, drives, less.final.names)
+        grown, below = _grown_below(twin_of(less), refused, begin, drives)
         shown = {one.name for one in below}
         if len(shown) == len(refused):
             whole = less
         elif shown:
             whole = made([c for c in chosen if c.name not in shown])
             again = [c for c in refused if c.name in shown]
-            grown, below = _grown_below(twin_of(whole), again, begin, drives, whole.final.names)
+            grown, below = _grown_below(twin_of(whole), again, begin, drives)
     final, sure, done = whole.final, whole.sure, whole.done
     tick("held-out data")
     ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
@@ -137,7 +137,9 @@ def extend(
         twin = with_remainder(extended, search, final, judges)
     notes = [d.note for d in done if d.note]
     tick("fitting beside what is left")
-    if better := beside_remainder(twin, [*final.names, *(one.name for one in below)], drives, always=bool(below)):
+    deep = [name for one in below for name in (one.name, *mates(twin, one.name))]
+    better = beside_remainder(twin, [*final.names, *(one.name for one in below)], drives)
+    if better or (better := beside_remainder(twin, dict.fromkeys(deep), drives, always=True)):
         sure |= better
         named = tuple(_with_values(e, better) for e in (*named, *(one.as_named() for one in below)))
         extended = _extended(extended, final, better, (), (), provenance)
@@ -176,14 +178,14 @@ class _Made(NamedTuple):
 
 
 def _grown_below(
-    twin: VehicleModel, refused: Sequence[Candidate], begin: Values, drives: Drives, fitted: Sequence[str]
+    twin: VehicleModel, refused: Sequence[Candidate], begin: Values, drives: Drives
 ) -> tuple[VehicleModel, list[Below]]:
-    """The twin with those of the effects that all drives show where its remainder lasts, each beside those before it
-    and fitted anew with them and with those named in `fitted`, and these."""
+    """The twin with those of the effects that all drives show where its remainder lasts, each beside those before it,
+    and these."""
     found: list[Below] = []
     for candidate in refused:
         if one := shown_below(twin, drives, candidate, begin):
-            twin = with_below(twin, drives, one, [*fitted, *(each.name for each in found)])
+            twin = with_below(twin, drives, one)
             found.append(one)
     return twin, found
 
