@@ -142,15 +142,19 @@ class Course:
             "judge_addition": self._judged("add"), "judge_removal": self._removed,
             "judge_perception": self._perception, "_extended": self._note("extended", "model"),
             "with_remainder": lambda extended, *more: extended, "with_shape": lambda twin, *more: twin,
-            "beside_remainder": lambda *asked, always: {},
-            "_grown_below": lambda twin, refused, begin, drives, fitted: self._below(twin, refused, fitted),
+            "beside_remainder": self._beside,
+            "_grown_below": lambda twin, refused, begin, drives: self._below(twin, refused),
             "worse_together": lambda steps: ["worse"],
         }.items():  # fmt: skip
             monkeypatch.setattr(extend_module, name, value)
 
-    def _below(self, twin: Any, refused: Any, fitted: Any) -> Any:
-        self.asked.setdefault("below", []).append(([c.name for c in refused], list(fitted)))
+    def _below(self, twin: Any, refused: Any) -> Any:
+        self.asked.setdefault("below", []).append([c.name for c in refused])
         return (MODEL if self.shown else twin), [Below(c.name, {}, 900.0) for c in refused if c.name in self.shown]
+
+    def _beside(self, twin: Any, names: Any, drives: Any, always: bool = False) -> Any:
+        self.asked.setdefault("beside", []).append((list(names), always))
+        return {}
 
     def _search(self, target: Any, model: Any, tried: Any, lost: Any) -> Any:
         self.asked["search"] = ([c.name for c in tried], list(lost))
@@ -228,7 +232,7 @@ def test_values_fitted_once_more_are_those_of_the_model_and_the_ladder_ends_with
     course = Course(monkeypatch, chi2=(4.0, 1.0), held=(4.0, 3.0))
     asked: list[Any] = []
     for name, value in {
-        "beside_remainder": lambda twin, names, drives, always: (
+        "beside_remainder": lambda twin, names, drives, always=False: (
             asked.append((twin, names)) or {("mass", "ratio"): one(1.2)}
         ),
         "Search": lambda target, tried: SimpleNamespace(trial=lambda names, values: "as written"),
