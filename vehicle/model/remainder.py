@@ -29,11 +29,12 @@ Remainder: TypeAlias = Mapping[str, Mapping[str, float]]
 """channel -> regime -> root mean square beyond the noise, in the channel's unit, 0 or more."""
 
 
-def read_remainder(table: Mapping[str, Any]) -> Remainder:
-    """The checked table of a model file. Raises ModelError whose key is the path inside the table."""
+def read_remainder(table: Mapping[str, Any], units: Mapping[str, str] = CHANNEL_UNITS) -> Remainder:
+    """The checked table of a model file, by the names in `units`, which says their units. Raises ModelError whose key
+    is the path inside the table."""
     found: dict[str, dict[str, float]] = {}
     for channel, regimes in table.items():
-        _known(channel, channel, tuple(CHANNEL_UNITS), "channel")
+        _known(channel, channel, tuple(units), "channel")
         if not isinstance(regimes, Mapping):
             raise ModelError("must be a table of driving regimes", key=channel, found=repr(regimes))
         for regime, value in regimes.items():
@@ -42,7 +43,7 @@ def read_remainder(table: Mapping[str, Any]) -> Remainder:
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise ModelError("must be a number", key=where, found=repr(value))
             if not (isfinite(value) and value >= 0.0):
-                allowed = f"0 {CHANNEL_UNITS[channel]} or more"
+                allowed = f"0 {units[channel]} or more"
                 raise ModelError("value not allowed", key=where, found=f"{value:g}", allowed=allowed)
             found.setdefault(channel, {})[regime] = float(value)
     return found

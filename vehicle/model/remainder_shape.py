@@ -10,13 +10,19 @@
     jerk_limit.limit = 13.0  # m/s^3
     [remainder.unseen]
     power_limit.limit = 17.2  # W/kg
+    [remainder.wanders]
+    along.cruise = 0.025  # m
+    [remainder.sensors]
+    heading_bias.b = 0.0005  # rad
 
 All of it is measured on the drives from which the twin was learnt, on which nothing is hidden. Memory is the time after
 which two samples of the remainder are alike to 1/e only. Anew is what level and memory do not foresee of the remainder,
 where it is more than the noise. What is imitated is the root mean square of the values (as differences from the true
 ones) that a diagnosis would find for an effect. Limits are the lowest that it would find of what has no limit, if no
 other of these drives refutes them. Unseen are limits that none of these drives would have noticed, down to the value: a
-power that was never asked for.
+power that was never asked for. What wanders is the error of position and heading beside dead reckoning, root mean
+square of a step of one second: how well the car's own sensors agree. Sensors are values of their effects that this
+imitates.
 """
 
 from __future__ import annotations
@@ -24,25 +30,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
+from types import MappingProxyType
 from typing import Any
 
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.remainder import CHANNEL_UNITS
+from vehicle.model.remainder import CHANNEL_UNITS, Remainder, ordered, read_remainder
 
-TABLES = ("memory", "anew", "imitates", "limits", "unseen")
+TABLES = ("memory", "anew", "imitates", "limits", "unseen", "wanders", "sensors")
+
+WANDERING: Mapping[str, str] = MappingProxyType({"along": "m", "across": "m", "yaw": "rad"})
+"""What wanders beside dead reckoning, and in what its step of one second is told: position along and across the car,
+and heading."""
 
 
 @dataclass(frozen=True, slots=True)
 class RemainderShape:
-    """memory: channel -> s, more than 0. anew: channel -> chi^2/N, 1 where it is not told. imitates: effect -> key ->
-    value in the unit of the key, 0 or more. limits, unseen: effect -> key -> value in the unit of the key, more than
-    0."""
+    """memory: channel -> s, more than 0. anew: channel -> chi^2/N, 1 where it is not told. imitates, sensors: effect ->
+    key -> value in the unit of the key, 0 or more. limits, unseen: effect -> key -> value in the unit of the key, more
+    than 0. wanders: name of WANDERING -> driving regime -> m or rad."""
 
     memory: Mapping[str, float] = field(default_factory=dict)
     imitates: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     anew: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     unseen: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    wanders: Remainder = field(default_factory=dict)
+    sensors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 def read_shape(table: Mapping[str, Any]) -> RemainderShape:
@@ -53,6 +66,8 @@ def read_shape(table: Mapping[str, Any]) -> RemainderShape:
         imitates=_by_effect(table, "imitates"),
         limits=_by_effect(table, "limits", more_than_0=True),
         unseen=_by_effect(table, "unseen", more_than_0=True),
+        wanders=_wanders(table),
+        sensors=_by_effect(table, "sensors"),
     )
 
 
@@ -78,6 +93,14 @@ def _by_effect(table: Mapping[str, Any], name: str, *, more_than_0: bool = False
     return found
 
 
+def _wanders(table: Mapping[str, Any]) -> Remainder:
+    told = _table(table, "wanders")
+    try:
+        return read_remainder(told, WANDERING)
+    except ModelError as error:
+        raise error.at("", None, f"wanders.{error.key}") from error
+
+
 def _more_than_0(value: float, where: str, unit: str = "") -> float:
     if value == 0.0:
         raise ModelError("value not allowed", key=where, found="0", allowed=f"more than 0{unit}")
@@ -95,6 +118,16 @@ def shape_text(shape: RemainderShape) -> str:
         if effects:
             lines += [f"[remainder.{name}]"]
             lines += [f"{e}.{key} = {value!r}" for e, keys in effects.items() for key, value in keys.items()]
+    if shape.sensors:
+        lines += ["[remainder.sensors]"]
+        lines += [f"{e}.{key} = {value!r}" for e, keys in shape.sensors.items() for key, value in keys.items()]
+    if shape.wanders:
+        lines += ["[remainder.wanders]"]
+        lines += [
+            f"{name}.{regime} = {value!r}  # {unit}"
+            for name, unit in WANDERING.items()
+            for regime, value in ordered(shape.wanders.get(name, {}))
+        ]
     return "\n".join(lines) + "\n" if lines else ""
 
 

@@ -34,6 +34,7 @@ from pytest_dvp.gap.diagnose.search import (
     SearchResult,
     Tick,
 )
+from pytest_dvp.gap.diagnose.sensors_alone import with_sensors_asked
 from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
 from pytest_dvp.gap.diagnose.tied_effects import Tied, best_of_tied, gained_apart
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -89,12 +90,24 @@ def diagnose(
         if tied.final is not final:
             gains = {name: gained_apart(tied.final, judges) for name in tied.final.names}
             found, final = dataclasses.replace(found, final=tied.final), tied.final
+    by_sensors: tuple[str, ...] = ()
+    if target.excused:
+        tick("sensors beside dead reckoning")
+        sensed = with_sensors_asked(search, final, judges)
+        if sensed.final is not final:
+            gains = {name: gained_apart(sensed.final, judges) for name in sensed.final.names}
+            found, final, by_sensors = dataclasses.replace(found, final=sensed.final), sensed.final, sensed.final.names
+            tied = sensed
+        else:
+            tied = tied._replace(rivals=tuple(dict.fromkeys((*tied.rivals, *sensed.rivals))))
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
         rivals = rivals_of(search, judges, found)
+        if by_sensors:
+            rivals = {}  # those were asked beside dead reckoning
         rivals |= {name: tuple(dict.fromkeys((*tied.rivals, *rivals.get(name, ())))) for name in final.names}
         found = dataclasses.replace(found, rivals=rivals)
         target.settle(final.values)
@@ -129,7 +142,9 @@ def diagnose(
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
         dependence={name: one for name in final.names if (one := changes.of(name)) is not None},
         evident=[
-            name for name in final.names if target.excused and is_beyond_remainder(search, measured, name, judges)
+            name
+            for name in final.names
+            if target.excused and (name in by_sensors or is_beyond_remainder(search, measured, name, judges))
         ],
         told=measured,
         scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),

@@ -12,9 +12,10 @@ import numpy as np
 from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
-from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
+from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, filled, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.gap.diagnose.known_remainder import MARGIN, Left, expected
+from pytest_dvp.gap.diagnose.dead_reckoning import Reckoned, beside_dead_reckoning
+from pytest_dvp.gap.diagnose.known_remainder import MARGIN, Left, expected, regimes_of
 from pytest_dvp.gap.diagnose.lasting_remainder import LastingRemainder
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -115,6 +116,13 @@ class Experiment:
         """What the model with these values does not explain."""
         return Left(self.log, self.measured, self.residuals(values).values, self.noise, self.channels)
 
+    def reckoned(self, values: Values) -> Reckoned:
+        """What the model with these values leaves beside dead reckoning."""
+        motion, t = filled(self.log.t, self.measured), self.log.t
+        rest = beside_dead_reckoning(self.residuals(values).values, motion, t, self._begins)
+        heading = motion[:, 2] if np.isfinite(self.measured[:, 2]).any() else np.full(len(t), np.nan)
+        return Reckoned(t, heading, rest, self.noise, self._begins, regimes_of(self.log, self.measured))
+
     def whitened(self, values: Values) -> FloatArray:
         """Residuals in units of the noise, (n * 8,), row by row; 0 where nothing was compared."""
         return self.white(self.residuals(values).values)
@@ -123,9 +131,10 @@ class Experiment:
         """Residuals (n, 8) in the channels' units, in units of sigma and freed of what neighbouring noise repeats."""
         return self._whitening.scaled(self.sigma).of(rest, self._begins)
 
-    def freed(self, rest: FloatArray) -> FloatArray:
-        """Residuals (n, 8) in the channels' units, in units of the noise and of what the known remainder does anew."""
-        return self._lasting.freed(rest)
+    def freed(self, rest: FloatArray, *, reckoned: bool = False) -> FloatArray:
+        """Residuals (n, 8) in the channels' units, in units of the noise and of what the known remainder does anew;
+        reckoned: positions and heading beside dead reckoning."""
+        return self._lasting.freed(rest, reckoned=reckoned)
 
     def exact(self, values: Values) -> FloatArray:
         """Residuals (n, 8) in the channels' units of a model that is integrated in far smaller steps.
@@ -149,10 +158,12 @@ class ExperimentSet:
     """Several experiments with one model, judged together.
 
     lasts: the model's known remainder counts as an error that lasts (`lasting_remainder`), not as more noise.
+    reckons: and positions and heading count beside dead reckoning (`dead_reckoning`).
     """
 
     experiments: tuple[Experiment, ...]
     lasts: bool = False
+    reckons: bool = False
 
     @property
     def count(self) -> int:
@@ -199,7 +210,14 @@ class ExperimentSet:
         """The same experiments; the known remainder is an error that lasts."""
         return dataclasses.replace(self, lasts=True)
 
+    def reckoned(self) -> ExperimentSet:
+        """The same experiments; the known remainder is an error that lasts, positions and heading count beside dead
+        reckoning."""
+        return dataclasses.replace(self, lasts=True, reckons=True)
+
     def _white(self, e: Experiment, rest: FloatArray) -> FloatArray:
+        if self.reckons:
+            return e.freed(rest, reckoned=True)
         return e.freed(rest) if self.lasts else e.white(rest)
 
     def settle(self, values: Values) -> None:

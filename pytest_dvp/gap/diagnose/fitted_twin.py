@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pytest_dvp.gap.diagnose.candidates import candidates_of
+from pytest_dvp.gap.diagnose.dead_reckoning import measured_steps
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
@@ -52,8 +53,8 @@ def with_values(model: VehicleModel, values: Values, added: Sequence[Effect] = (
 
 
 def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Sequence[Fold]) -> VehicleModel:
-    """The model with what it does not explain of the logs fitted on and of those held out: how much, and for how
-    long."""
+    """The model with what it does not explain of the logs fitted on and of those held out: how much, for how long, and
+    how well the car's own sensors agree."""
     fitted = [(e, final.values) for e in search.target.experiments]
     apart = [
         (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
@@ -61,8 +62,11 @@ def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Se
     ]  # fmt: skip
     remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
     parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
-    memory = measured_memory(parts, remainder) if remainder else {}
-    return dataclasses.replace(model, remainder=remainder, remainder_shape=RemainderShape(memory=memory))
+    shape = RemainderShape()
+    if remainder:
+        wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in (fitted, apart)])
+        shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders)
+    return dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
 
 
 def remeasured(twin: VehicleModel, drives: Drives) -> VehicleModel:

@@ -36,7 +36,7 @@ _RIDGE = 1e-6  # of the diagonal, for keys that cannot be told apart
 
 def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> dict[str, dict[str, float]]:
     """Root mean square over the groups of logs of what each key of an effect is off by, in its unit, moderated by what
-    all effects of this twin are off by.
+    all effects of this twin are off by. groups: where the remainder lasts, or beside dead reckoning.
 
     Two drives say little of how far a value strays, and of fifty effects some hardly stray on these two by chance. So
     each square is averaged with one that is to be expected: how many of its formal standard deviations the values of
@@ -47,18 +47,17 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
     count = 0
     for group in groups:
         count += 1
-        target = group.lasting()
-        target.settle({})
-        rest = target.whitened({})
+        group.settle({})
+        rest = group.whitened({})
         for candidate in tried:
             for place in sorted({0, len(candidate.points) // 2}):
                 point = candidate.points[place]
-                here = target.whitened(point)
+                here = group.whitened(point)
                 rows = []
                 for c in candidate.coordinates:
                     u = c.to_unit(point[c.name])
                     step = STEP if u < 0.5 else -STEP
-                    rows.append((target.whitened({**point, c.name: c.value(u + step)}) - here) / step)
+                    rows.append((group.whitened({**point, c.name: c.value(u + step)}) - here) / step)
                 jacobian = np.array(rows)
                 seen = [k for k in range(len(rows)) if square(jacobian[k]) > SHOWN]
                 sized = [k for k in seen if not says_how(candidate.coordinates[k].key)]

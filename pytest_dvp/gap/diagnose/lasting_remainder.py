@@ -18,13 +18,14 @@ import numpy as np
 
 from machine_code import compiled
 from pytest_dvp.gap.compare.coloured_noise import BoolArray, Whitening
-from pytest_dvp.gap.compare.segments import CHANNELS
+from pytest_dvp.gap.compare.segments import CHANNELS, filled
 from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.diagnose.dead_reckoning import beside_dead_reckoning, wandering_innovations
 from pytest_dvp.gap.diagnose.known_remainder import regimes_of
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.remainder import Remainder
-from vehicle.model.remainder_shape import RemainderShape
+from vehicle.model.remainder_shape import WANDERING, RemainderShape
 
 MEMORY = {"x": 1.0, "y": 1.0, "yaw": 1.0, "v": 1.0}  # s, of a model file that does not tell it: three cars in MuJoCo
 OTHER_MEMORY = 0.3  # s, showed 0.7 to 1.7 of these and 0.1 to 0.6 of yaw rate and accelerations
@@ -46,19 +47,37 @@ class LastingRemainder:
         step = float(np.median(np.diff(log.t)))
         memory = np.array([shape.memory.get(c, MEMORY.get(c, OTHER_MEMORY)) for c in CHANNELS])
         self._kept = np.exp(-step / memory)
-        levels = np.zeros((len(log.t), len(CHANNELS)))
         masks = regimes_of(log, measured)
-        for name, by_regime in remainder.items():
-            k = CHANNELS.index(name)
-            for regime, value in by_regime.items():
-                levels[:, k] = np.where(masks[regime], np.maximum(levels[:, k], value), levels[:, k])
-        self._levels = levels * np.sqrt(coloured.independent)  # a filter that whitens the noise passes less of the rest
+        passed = np.sqrt(coloured.independent)  # a filter that whitens the noise passes less of the rest
+        self._levels = passed * _by_row(CHANNELS, remainder, masks)
+        self._t, self._motion = log.t, filled(log.t, measured)
+        self._steps: FloatArray | None = None
+        if shape.wanders and np.isfinite(measured[:, 2]).any():
+            self._steps = passed[:3] * _by_row(tuple(WANDERING), shape.wanders, masks)
 
-    def freed(self, rest: FloatArray) -> FloatArray:
-        """Residuals (n, 8) in the channels' units as (n * 8,) in units of what could not be foreseen of them."""
+    def freed(self, rest: FloatArray, *, reckoned: bool = False) -> FloatArray:
+        """Residuals (n, 8) in the channels' units as (n * 8,) in units of what could not be foreseen of them; reckoned:
+        positions and heading beside dead reckoning, if the model file says how that wanders."""
+        beside = reckoned and self._steps is not None
+        if beside:
+            rest = beside_dead_reckoning(rest, self._motion, self._t, self._begins)
         plain = self._coloured.of(rest, self._begins).reshape(rest.shape)
         plain[~np.isfinite(rest)] = np.nan
-        return _innovations(plain, self._noise, self._levels, self._kept, self._begins)
+        found = _innovations(plain, self._noise, self._levels, self._kept, self._begins)
+        if beside and self._steps is not None:
+            heading = np.ascontiguousarray(self._motion[:, 2])
+            wandering_innovations(plain, self._noise, self._steps, heading, self._t, self._begins, found)
+        return found
+
+
+def _by_row(names: Sequence[str], told: Remainder, masks: Mapping[str, BoolArray]) -> FloatArray:
+    """What a model file tells by name and regime, (n, len(names)) by row: the largest of the regimes that hold."""
+    found = np.zeros((len(next(iter(masks.values()))), len(names)))
+    for name, by_regime in told.items():
+        k = names.index(name)
+        for regime, value in by_regime.items():
+            found[:, k] = np.where(masks[regime], np.maximum(found[:, k], value), found[:, k])
+    return found
 
 
 @compiled

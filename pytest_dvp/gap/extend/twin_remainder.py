@@ -13,6 +13,7 @@ from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured
 from pytest_dvp.gap.diagnose.search import PRACTICAL
+from pytest_dvp.gap.diagnose.sensors_alone import sensor_effects
 from pytest_dvp.logs.log import Log
 
 if TYPE_CHECKING:
@@ -35,9 +36,13 @@ def with_shape(
     tried = candidates(twin, known.values(), ay="ay" in groups[0].channels, refined=True)
     sizes, limits = placebos(groups, tried, twin)
     shape = dataclasses.replace(
-        twin.remainder_shape, anew=_anew(groups), imitates=larger(imitation(groups, tried), sizes), limits=limits,
+        twin.remainder_shape,
+        anew=_anew(groups),
+        imitates=larger(imitation([group.lasting() for group in groups], tried), sizes),
+        limits=limits,
         unseen=unseen(groups, tried, twin),
-    )  # fmt: skip
+        sensors=imitation([group.reckoned() for group in groups], sensor_effects(tried)),
+    )
     return dataclasses.replace(twin, remainder_shape=shape)
 
 

@@ -64,6 +64,9 @@ class World:
     def lasting(self) -> Any:
         return self.other or self
 
+    def reckoned(self) -> Any:
+        return self
+
     def settle(self, values: Any) -> None:
         self.settled.append(dict(values))
 

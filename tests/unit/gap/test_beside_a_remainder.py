@@ -230,10 +230,16 @@ def test_what_speaks_against_a_value_is_said_where_it_is_told(excused: bool, mon
 
 def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, answer in {
-        "experiment_set": lambda logs, twin, extra: SimpleNamespace(channels=("v", "ay"), logs=logs),
-        "candidates": lambda twin, known, *, ay, refined: [("tried", ay, refined)],
+        "experiment_set": lambda logs, twin, extra: SimpleNamespace(
+            channels=("v", "ay"), lasting=lambda: "lasting", reckoned=lambda: "reckoned"
+        ),
+        "candidates": lambda twin, known, *, ay, refined: tried("mass", "gyro_bias"),
         "placebos": lambda groups, tried, twin: ({"mass": {"ratio": 0.2}}, {"jerk_limit": {"limit": 9.0}}),
-        "imitation": lambda groups, tried: {"mass": {"ratio": 0.1}, "roll": {"gain": 0.3}},
+        "imitation": lambda groups, tried: (
+            {"mass": {"ratio": 0.1}, "roll": {"gain": 0.3}}
+            if groups[0] == "lasting"
+            else {c.name: {"b": 0.001} for c in tried}
+        ),
         "unseen": lambda groups, tried, twin: {"power_limit": {"limit": float(len(groups))}},
         "_anew": lambda groups: {"ax": 2.0},
     }.items():
@@ -242,7 +248,7 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
     shape = twin_remainder.with_shape(twin, {"a": None}, {"b": None}, ()).remainder_shape  # type: ignore[arg-type, dict-item]
     assert shape == RemainderShape(
         {"v": 0.1}, {"mass": {"ratio": 0.2}, "roll": {"gain": 0.3}}, {"ax": 2.0}, {"jerk_limit": {"limit": 9.0}},
-        {"power_limit": {"limit": 2.0}},
+        {"power_limit": {"limit": 2.0}}, sensors={"gyro_bias": {"b": 0.001}},
     )  # fmt: skip
     three: Any = {"a": None, "b": None, "c": None}  # nothing held out: each drive says what it looks like
     assert twin_remainder.with_shape(twin, three, {}, ()).remainder_shape.unseen == {"power_limit": {"limit": 3.0}}  # type: ignore[arg-type]

@@ -76,6 +76,7 @@ class Course:
         put(module, "judged", self.judged)
         put(rivals, "rivals_over_segments", lambda *asked: self.note("segments", {"drive_gain": ("x",)}))
         put(rivals, "changing_instead", lambda search, final: self.note("changing", {"drive_gain": ("mass", "y")}))
+        put(module, "with_sensors_asked", lambda search, final, judges: Tied(final, ()))
         put(module, "opinions", lambda logs, model, named: self.note("opinions", {}, named))
         put(module, "votes", lambda logs, model: {"first": None})
         put(module, "Dependences", lambda target, trial, effects: SimpleNamespace(of=self.dependence))
@@ -329,3 +330,24 @@ def test_of_a_twin_with_a_remainder_what_is_often_confused_is_asked_and_may_take
         assert told.vetoed == ("mass",)  # what is named is not said to be vetoed
     else:
         assert told.vetoed == ("brake_gain", "mass")
+
+
+def test_what_a_sensor_explains_takes_the_place_with_its_own_rivals_and_is_evident(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    course = Course(monkeypatch, "drive_gain", excused=True)
+    course.search.misfit = lambda trial: False  # type: ignore[method-assign]
+    sensed = course.search.trial(("brake_gain",), {DRIVE: 1.0, BRAKE: 0.9})
+    monkeypatch.setattr(module, "best_of_tied", lambda search, final, judges: Tied(final, ("a",)))
+    monkeypatch.setattr(module, "gained_apart", lambda trial, judges: 0.6)
+    monkeypatch.setattr(
+        module, "rivals_of", lambda search, judges, found: dict.fromkeys(("brake_gain", "drive_gain"), ("y",))
+    )
+    monkeypatch.setattr(module, "with_sensors_asked", lambda search, final, judges: Tied(sensed, ("z",)))
+    monkeypatch.setattr(module, "is_beyond_remainder", lambda *asked: False)
+    told = course.run()
+    assert [(e.name, e.rivals, e.held_out_gain) for e in told.effects] == [("brake_gain", ("z",), 0.6)]
+    assert course.asked["evidence"].evident == ["brake_gain"]
+    monkeypatch.setattr(module, "with_sensors_asked", lambda search, final, judges: Tied(final, ("z",)))
+    assert course.run().effects[0].rivals == ("a", "z", "y")
+    assert course.asked["evidence"].evident == []

@@ -14,6 +14,7 @@ from pytest_dvp.gap.diagnose.below_remainder import Below
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import _imitated
+from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.extend import extend as extend_module
 from pytest_dvp.gap.extend.acceptance import Acceptance
 from pytest_dvp.gap.extend.extend import _chosen, _extended, _ladder, _wanted, extend
@@ -395,6 +396,7 @@ class Diagnosing:
             "folds": lambda *asked: (),
             "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, (), False),
             "_misfit": lambda judges: judged,
+            "with_sensors_asked": lambda search, final, judges: Tied(final, ()),
             "rivals_of": lambda search, judges, found: dict.fromkeys(names, ("near", "far")),
             "_measured": lambda search, final, model: (final, {}),
             "_ladder": lambda search, final: made, "_given": lambda search, gone, judges: steps, "step": told,

@@ -129,11 +129,10 @@ def test_the_strongest_change_is_kept() -> None:
 
 def drives(rest: tuple[float, float], slope: float) -> Any:
     """Residuals that a key changes by `slope` over its range, along the first of them."""
-    target = SimpleNamespace(
+    return SimpleNamespace(
         settle=lambda values: None,
         whitened=lambda values: np.array(rest) + np.array([slope * values.get("brake_gain.g", 0.0), 0.0]),
     )
-    return SimpleNamespace(lasting=lambda: target)
 
 
 def asked_for(points: tuple[float, ...]) -> Any:

@@ -244,6 +244,12 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
     unseen = RemainderShape(unseen={"power_limit": {"limit": 17.2}})
     assert shape_text(unseen) == "[remainder.unseen]\npower_limit.limit = 17.2\n"
     assert read_shape({"unseen": {"power_limit": {"limit": 17.2}}}) == unseen
+    agree = RemainderShape(
+        wanders={"along": {"cruise": 0.1}, "yaw": {"braking": 0.002}}, sensors={"gyro_bias": {"b": 0.001}}
+    )
+    text = "[remainder.wanders]\nalong.cruise = 0.1  # m\nyaw.braking = 0.002  # rad\n"
+    assert shape_text(agree) == f"[remainder.sensors]\ngyro_bias.b = 0.001\n{text}"
+    assert read_shape({"wanders": agree.wanders, "sensors": {"gyro_bias": {"b": 0.001}}}) == agree
     assert shape_text(RemainderShape()) == ""
     assert read_shape({}) == RemainderShape()
     assert read_shape({"imitates": {"drive_gain": {"g": 0}}}).imitates == {"drive_gain": {"g": 0.0}}
@@ -257,6 +263,10 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"memory": {"v": -1.0}}, "memory.v", "allowed: 0 or more"),
         ({"anew": {"v": 0.0}}, "anew.v", r"allowed: more than 0 chi\^2/N"),
         ({"limits": {"jerk_limit": {"limit": 0}}}, "limits.jerk_limit.limit", "found 0; allowed: more than 0"),
+        ({"wanders": 3}, "wanders", "must be a table"),
+        ({"wanders": {"acros": {"cruise": 0.1}}}, "wanders.acros", "did you mean 'across'"),
+        ({"wanders": {"yaw": {"cruse": 0.1}}}, "wanders.yaw.cruse", "did you mean 'cruise'"),
+        ({"wanders": {"yaw": {"cruise": -0.1}}}, "wanders.yaw.cruise", "allowed: 0 rad or more"),
         ({"unseen": {"power_limit": {"limit": 0}}}, "unseen.power_limit.limit", "found 0; allowed: more than 0"),
         ({"limits": {"jerk_limit": 3}}, "limits.jerk_limit", "must be a table of the effect's keys"),
         ({"memory": {"v": math.inf}}, "memory.v", "allowed: 0 or more"),
