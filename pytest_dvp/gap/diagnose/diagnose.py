@@ -105,9 +105,7 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        rivals = rivals_of(search, judges, found)
-        if by_sensors:
-            rivals = {}  # those were asked beside dead reckoning
+        rivals = {} if by_sensors else rivals_of(search, judges, found)  # those were asked beside dead reckoning
         rivals |= {name: tuple(dict.fromkeys((*tied.rivals, *rivals.get(name, ())))) for name in final.names}
         found = dataclasses.replace(found, rivals=rivals)
         target.settle(final.values)

@@ -21,8 +21,8 @@ from pytest_dvp.gap.diagnose.tied_effects import ALIKE, MORE, Tied
 from pytest_dvp.gap.diagnose.trial import Trial
 
 FITTED = 10.0  # standard deviations by which the data fitted on show it; chosen: on 12 drives with nothing new of two
-# cars of strangers no sensor's effect reached 3 on both, a speed that is shown 1.9 % too large 17 and 10 where the twin
-# itself leaves 1 % of the speed
+# cars of strangers no sensor's effect that was not imitated reached 3 on both, a speed that is shown 1.9 % too large 17
+# and 10 where the twin itself leaves 1 % of the speed
 OTHERS = 7.0  # and each of the others; chosen with it
 
 
