@@ -7,7 +7,7 @@ than what the remainder imitates. What all drives ask for needs less than what o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite, sqrt
 from typing import NamedTuple
 
@@ -113,12 +113,19 @@ def is_far_beyond(search: Search, trial: Trial, name: str) -> bool:
     )
 
 
-def is_imitated(search: Search, trial: Trial, name: str, times: float = IMITATED) -> bool:
+def is_imitated(
+    search: Search,
+    trial: Trial,
+    name: str,
+    times: float = IMITATED,
+    of: Mapping[str, Mapping[str, float]] | None = None,
+) -> bool:
     """True if an effect's size is within `times` of what the twin's known remainder imitates (root mean square on
     drives with nothing new); of what has no limit in the twin, if it is not LOWER than the remainder looks like, or
-    not below what those drives would have shown."""
+    not below what those drives would have shown. of: what is imitated by effect and key, if not by the remainder."""
     shape = search.target.experiments[0].model.remainder_shape
-    imitates, limits, open_at = (table.get(name, {}) for table in (shape.imitates, shape.limits, shape.unseen))
+    imitated = shape.imitates if of is None else of
+    imitates, limits, open_at = (table.get(name, {}) for table in (imitated, shape.limits, shape.unseen))
     off = taken_out(search, name)
     return not any(
         abs(trial.values[c.name] - off[c.name]) > times * imitates.get(c.key.name, 0.0)

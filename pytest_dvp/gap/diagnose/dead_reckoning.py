@@ -19,12 +19,12 @@ import numpy as np
 
 from machine_code import compiled
 from pytest_dvp.gap.compare.coloured_noise import BoolArray
+from pytest_dvp.gap.diagnose.known_remainder import FEWEST, largest
 from pytest_dvp.logs.log_contents import FloatArray
-from vehicle.model.remainder import REGIME_NAMES
+from vehicle.model.remainder import Remainder
 from vehicle.model.remainder_shape import WANDERING
 
 STEP = 1.0  # s, of the step that is measured
-_FEWEST = 100  # steps of a regime, from which its size is taken, as for the remainder
 _LEAST = 0.05  # of the noise, the smallest step that is told: with none, a filter takes a walk for a constant
 _DIGITS = 3  # significant: it is known to some per cent
 _UNKNOWN = 1e4  # m^2, rad^2: where a stretch begins is free
@@ -78,19 +78,10 @@ def beside_dead_reckoning(rest: FloatArray, motion: FloatArray, t: FloatArray, b
     return out
 
 
-def measured_steps(groups: Iterable[Sequence[Reckoned]]) -> dict[str, dict[str, float]]:
+def measured_steps(groups: Iterable[Sequence[Reckoned]]) -> Remainder:
     """Root mean square step in STEP beyond the noise, by what wanders (`WANDERING`) and driving regime, [m] or [rad];
     the largest that one of the groups of logs shows (those fitted on, those held out)."""
-    found: dict[str, dict[str, float]] = {}
-    for group in groups:
-        for (name, regime), value in _of_group(group).items():
-            known = found.setdefault(name, {})
-            known[regime] = max(known.get(regime, 0.0), value)
-    return {
-        name: {regime: found[name][regime] for regime in REGIME_NAMES if regime in found[name]}
-        for name in WANDERING
-        if name in found
-    }
+    return largest(map(_of_group, groups), WANDERING)
 
 
 def _of_group(group: Sequence[Reckoned]) -> dict[tuple[str, str], float]:
@@ -119,7 +110,7 @@ def _of_group(group: Sequence[Reckoned]) -> dict[tuple[str, str], float]:
                 entry[2] += len(inside)
     found = {}
     for key, (square, noise, count) in sums.items():
-        if count >= _FEWEST:
+        if count >= FEWEST:
             left = max(square - 2.0 * noise, _LEAST**2 * noise) / count  # both ends of a step have noise
             found[key] = float(f"{np.sqrt(left):.{_DIGITS}g}")
     return found

@@ -8,7 +8,7 @@ that the model file states for the regimes in which this log drives: what is no 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -23,7 +23,7 @@ MARGIN = 1.5  # of the remainder that is expected: another drive of the same car
 # below it is not seen
 LEAST = 0.1  # of the noise's square: a smaller remainder is none, for the noise itself is known to some per cent only;
 # with 0.3, as MISFIT of the search, a drive with better sensors showed a remainder that the file did not tell
-_FEWEST = 100  # samples of a regime, from which its remainder is taken
+FEWEST = 100  # samples of a regime, from which its remainder is taken
 _DIGITS = 3  # of a remainder in the model file: it is known to some per cent
 _POSITION = ("x", "y")
 
@@ -53,15 +53,19 @@ def expected(remainder: Remainder, log: Log, measured: FloatArray) -> FloatArray
     Each sample counts with the largest remainder of the regimes that it is in; a regime that the model file does not
     name leaves nothing.
     """
-    found = np.zeros(len(CHANNELS))
     if not remainder:
-        return found
-    masks = regimes_of(log, measured)
-    for name, by_regime in remainder.items():
-        level = np.zeros(len(log.t))
+        return np.zeros(len(CHANNELS))
+    return np.asarray(np.sqrt(np.mean(by_row(remainder, CHANNELS, regimes_of(log, measured)) ** 2, axis=0)))
+
+
+def by_row(told: Remainder, names: Sequence[str], masks: Mapping[str, BoolArray]) -> FloatArray:
+    """What a model file tells by name and regime, as (n, len(names)) by row: the largest of the regimes that hold, 0
+    where none is told. masks: (n,) by regime."""
+    found = np.zeros((len(next(iter(masks.values()))), len(names)))
+    for name, by_regime in told.items():
+        k = names.index(name)
         for regime, value in by_regime.items():
-            level = np.where(masks[regime], np.maximum(level, value), level)
-        found[CHANNELS.index(name)] = float(np.sqrt(np.mean(level**2)))
+            found[:, k] = np.where(masks[regime], np.maximum(found[:, k], value), found[:, k])
     return found
 
 
@@ -71,16 +75,18 @@ def measured_remainder(groups: Iterable[Sequence[Left]]) -> Remainder:
     Of each channel and regime the largest root mean square beyond the noise that one of the groups shows; x and y are
     one channel, for another drive turns the map.
     """
-    found: dict[str, dict[str, float]] = {}
+    return largest(map(_of_group, groups), CHANNELS)
+
+
+def largest(groups: Iterable[Mapping[tuple[str, str], float]], names: Iterable[str]) -> Remainder:
+    """The largest value of the groups by name and regime, in the order of `names` and REGIMES. groups: (name, regime)
+    -> value."""
+    found: dict[tuple[str, str], float] = {}
     for group in groups:
-        for (channel, regime), value in _of_group(group).items():
-            known = found.setdefault(channel, {})
-            known[regime] = max(known.get(regime, 0.0), value)
-    return {
-        channel: {regime: found[channel][regime] for regime in REGIMES if regime in found[channel]}
-        for channel in CHANNELS
-        if channel in found
-    }
+        for key, value in group.items():
+            found[key] = max(found.get(key, 0.0), value)
+    told = {name: {regime: found[name, regime] for regime in REGIMES if (name, regime) in found} for name in names}
+    return {name: by_regime for name, by_regime in told.items() if by_regime}
 
 
 def _of_group(group: Sequence[Left]) -> dict[tuple[str, str], float]:
@@ -99,7 +105,7 @@ def _of_group(group: Sequence[Left]) -> dict[tuple[str, str], float]:
                 pair[2] += len(inside)
     found = {}
     for (channel, regime), (square, noise, count) in sums.items():
-        if count >= _FEWEST and square - noise > LEAST * noise:
+        if count >= FEWEST and square - noise > LEAST * noise:
             value = float(f"{np.sqrt((square - noise) / count):.{_DIGITS}g}")
             for name in _POSITION if channel in _POSITION else (channel,):
                 found[name, regime] = value

@@ -21,7 +21,7 @@ from pytest_dvp.gap.compare.coloured_noise import BoolArray, Whitening
 from pytest_dvp.gap.compare.segments import CHANNELS, filled
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.dead_reckoning import beside_dead_reckoning, wandering_innovations
-from pytest_dvp.gap.diagnose.known_remainder import regimes_of
+from pytest_dvp.gap.diagnose.known_remainder import by_row, regimes_of
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.remainder import Remainder
@@ -49,35 +49,25 @@ class LastingRemainder:
         self._kept = np.exp(-step / memory)
         masks = regimes_of(log, measured)
         passed = np.sqrt(coloured.independent)  # a filter that whitens the noise passes less of the rest
-        self._levels = passed * _by_row(CHANNELS, remainder, masks)
+        self._levels = passed * by_row(remainder, CHANNELS, masks)
         self._t, self._motion = log.t, filled(log.t, measured)
         self._steps: FloatArray | None = None
         if shape.wanders and np.isfinite(measured[:, 2]).any():
-            self._steps = passed[:3] * _by_row(tuple(WANDERING), shape.wanders, masks)
+            self._steps = passed[:3] * by_row(shape.wanders, tuple(WANDERING), masks)
 
     def freed(self, rest: FloatArray, *, reckoned: bool = False) -> FloatArray:
         """Residuals (n, 8) in the channels' units as (n * 8,) in units of what could not be foreseen of them; reckoned:
         positions and heading beside dead reckoning, if the model file says how that wanders."""
-        beside = reckoned and self._steps is not None
-        if beside:
+        steps = self._steps if reckoned else None
+        if steps is not None:
             rest = beside_dead_reckoning(rest, self._motion, self._t, self._begins)
         plain = self._coloured.of(rest, self._begins).reshape(rest.shape)
         plain[~np.isfinite(rest)] = np.nan
         found = _innovations(plain, self._noise, self._levels, self._kept, self._begins)
-        if beside and self._steps is not None:
+        if steps is not None:
             heading = np.ascontiguousarray(self._motion[:, 2])
-            wandering_innovations(plain, self._noise, self._steps, heading, self._t, self._begins, found)
+            wandering_innovations(plain, self._noise, steps, heading, self._t, self._begins, found)
         return found
-
-
-def _by_row(names: Sequence[str], told: Remainder, masks: Mapping[str, BoolArray]) -> FloatArray:
-    """What a model file tells by name and regime, (n, len(names)) by row: the largest of the regimes that hold."""
-    found = np.zeros((len(next(iter(masks.values()))), len(names)))
-    for name, by_regime in told.items():
-        k = names.index(name)
-        for regime, value in by_regime.items():
-            found[:, k] = np.where(masks[regime], np.maximum(found[:, k], value), found[:, k])
-    return found
 
 
 @compiled

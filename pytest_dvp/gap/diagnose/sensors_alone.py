@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from pytest_dvp.gap.diagnose.beyond_remainder import AGREES, all_data, taken_out, times_beyond
-from pytest_dvp.gap.diagnose.candidates import Candidate, sizes
+from pytest_dvp.gap.diagnose.beyond_remainder import AGREES, all_data, is_imitated, times_beyond
+from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold, drives_apart
@@ -83,8 +83,5 @@ def _shown(
         gain = square(without) - square(with_it)
         if not (gain > OTHERS**2 and gain >= AGREES * square(without - with_it)):
             return None
-    imitates = data[0].experiments[0].model.remainder_shape.sensors.get(candidate.name, {})
-    off, times = taken_out(search, candidate.name), times_beyond(judges)
-    large = any(abs(fit.values[c.name] - off[c.name]) > times * imitates.get(c.key.name, 0.0)
-                for c in sizes(candidate.coordinates))  # fmt: skip
-    return fit if large else None
+    imitated = data[0].experiments[0].model.remainder_shape.sensors
+    return None if is_imitated(search, fit, candidate.name, times_beyond(judges), of=imitated) else fit
