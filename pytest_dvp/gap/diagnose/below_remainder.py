@@ -71,12 +71,13 @@ def below_remainder(twin: VehicleModel, drives: Drives, tick: Tick = lambda text
 
 
 def with_below(twin: VehicleModel, drives: Drives, found: Below) -> VehicleModel:
-    """The twin with the effect, fitted anew together with its `mates` where the remainder lasts if data held out gain
-    by that, and the remainder that it has then. All others stay: they are fitted for what counts each sample alone."""
+    """The twin with the effect, fitted anew together with what it is often confused with where the remainder lasts, if
+    data held out gain by that, and the remainder that it has then. All others stay as the fit of each sample has
+    them."""
     known = {e.name: e for e in drives.effects}
     values = {key: one.value for key, one in found.parameters.items()}
     grown = twin.with_effect(known.get(found.name, found.name), values)
-    anew = refitted(grown, [*mates(grown, found.name), found.name], drives)
+    anew = refitted(grown, [*confused_with(grown, found.name), found.name], drives)
     return remeasured(with_values(grown, anew.trial.values) if anew.after < anew.before else grown, drives)
 
 
@@ -111,7 +112,7 @@ def _shown(twin: VehicleModel, drives: Drives) -> list[Below]:
     return sorted((found for found in each if found), key=lambda found: -found.gain)
 
 
-def mates(twin: VehicleModel, name: str) -> list[str]:
+def confused_with(twin: VehicleModel, name: str) -> list[str]:
     """The other effects of the twin that are often confused with one of its effects."""
     return [other.name for one in candidates_of(twin, [name]) for other in _often_confused(twin, one)]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, mates, shown_below, with_below
+from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, confused_with, shown_below, with_below
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
@@ -42,6 +42,10 @@ WHY_ONCE_MORE = (
     "what was fitted is fitted once more with what the model leaves as an error that lasts, for data held out are "
     "better by that; as the rows count each sample alone, the last one may show more error"
 )
+WHY_THERE = (
+    "they, and what they are often confused with, are fitted with what the model leaves as an error that lasts; as the "
+    "rows count each sample alone, the last one may show more error"
+)
 
 Tick = Callable[[str], None]
 
@@ -63,9 +67,10 @@ def extend(
     """A model with effects added to it or removed from it, fitted jointly to logs, and whether it may be taken.
 
     logs by name, fitted on; held_out: logs that have the last word, without them as in `diagnose`. add: names of
-    effects; one that the model has is fitted again. refit: so are all the others it has. effects: the user's own.
-    start: values from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the
-    model file says of the logs. twins: runs of the model by scenario, beside which detections are judged.
+    effects; one that the model has is fitted again. refit: so are all the others it has; without it only those that an
+    effect is often confused with which the data show where what is left lasts. effects: the user's own. start: values
+    from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the model file says of
+    the logs. twins: runs of the model by scenario, beside which detections are judged.
 
     It may not be taken (`refusal`) if an effect explains nothing of the data fitted on, or loses on the data held out,
     or if what was removed is missed there.
@@ -137,19 +142,23 @@ def extend(
         twin = with_remainder(extended, search, final, judges)
     notes = [d.note for d in done if d.note]
     tick("fitting beside what is left")
-    deep = [name for one in below for name in (one.name, *mates(twin, one.name))]
+    last_row, why = ONCE_MORE, WHY_ONCE_MORE
     better = beside_remainder(twin, [*final.names, *(one.name for one in below)], drives)
-    if better or (better := beside_remainder(twin, dict.fromkeys(deep), drives, always=True)):
+    if below and not better:
+        last_row, why = f"+ {', '.join(one.name for one in below)}, where what is left lasts", WHY_THERE
+        along = [name for one in below for name in (one.name, *confused_with(twin, one.name))]
+        better = beside_remainder(twin, dict.fromkeys(along), drives, always=True)
+    if better:
         sure |= better
         named = tuple(_with_values(e, better) for e in (*named, *(one.as_named() for one in below)))
         extended = _extended(extended, final, better, (), (), provenance)
         plain = Search(experiment_set(logs, extended, extra=effects), ())
         last = plain.trial((), {})
         judges = folds(logs, held_out, extended, effects)
-        ladder = (*ladder, Rung(ONCE_MORE, step(plain, last, judges)))
+        ladder = (*ladder, Rung(last_row, step(plain, last, judges)))
         twin = with_remainder(extended, plain, last, judges)
         notes += [f"{one.name}: {SHOWN_BELOW}" for one in below]
-        notes.append(f"the last row, {ONCE_MORE[2:]}: {WHY_ONCE_MORE}")
+        notes.append(f"the last row, {last_row[2:]}: {why}")
     return Extension(
         model=with_shape(twin, logs, held_out or {}, effects),
         effects=named,

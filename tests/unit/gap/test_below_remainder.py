@@ -15,11 +15,11 @@ from pytest_dvp.gap.diagnose.below_remainder import (
     SHOWN_BELOW,
     Below,
     below_remainder,
-    mates,
+    confused_with,
     shown_below,
     with_below,
 )
-from pytest_dvp.gap.diagnose.diagnosis import Estimate
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted, with_values
 from pytest_dvp.gap.extend import extend as extend_module
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, World, direction, tried
@@ -191,19 +191,19 @@ def test_what_it_is_confused_with_is_fitted_anew_with_it_if_data_held_out_gain(
     asked: list[Any] = []
     monkeypatch.setattr(module, "refitted", lambda grown, names, drives: asked.append(list(names)) or anew)
     monkeypatch.setattr(module, "remeasured", lambda twin, drives: twin)
-    monkeypatch.setattr(module, "mates", lambda twin, name: ["drive_gain"])
+    monkeypatch.setattr(module, "confused_with", lambda twin, name: ["drive_gain"])
     found = with_below(twin, Drives({}, {}), Below("brake_gain", {"g": one(0.95)}, 1.0))
     assert asked == [["drive_gain", "brake_gain"]]
     assert tuple(a.values["g"] for a in found.effects) == values
 
 
-def test_the_mates_of_an_effect_are_those_of_the_twin_that_it_is_confused_with() -> None:
+def test_an_effect_is_confused_with_those_of_the_twin_that_it_is_tied_to() -> None:
     twin = MODEL
     for name, values in {"drive_delay": {"T": 0.1}, "mass": {"ratio": 1.1}, "drive_lag": {"tau": 0.1}}.items():
         twin = twin.with_effect(name, values)
-    assert mates(twin, "drive_lag") == ["drive_delay"]
-    assert mates(twin, "drive_delay") == ["drive_lag"]
-    assert mates(twin, "mass") == []
+    assert confused_with(twin, "drive_lag") == ["drive_delay"]
+    assert confused_with(twin, "drive_delay") == ["drive_lag"]
+    assert confused_with(twin, "mass") == []
 
 
 @pytest.mark.parametrize(("has", "names"), [((), []), (("drive_gain",), ["mass"])])
@@ -296,5 +296,24 @@ def test_what_is_refused_sample_by_sample_is_asked_once_more_before_it_is(
         ["mass", "steer_lag"],
         *([["mass"]] if len(fits) > 2 else []),
     ]
-    assert course.asked["beside"] == [(list(shown), False), (list(shown), True)]
+    assert course.asked["beside"] == [(list(shown), False), *([(list(shown), True)] if shown else [])]
     assert (found.refusal, found.model) == (refused, HAD if shown else "model")
+
+
+def test_the_last_row_says_which_effects_were_fitted_where_what_is_left_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Data held out are not better with all fitted anew there, so only the effect that is shown there is."""
+    course = Course(monkeypatch, wrong=("mass",))
+    course.shown = ("mass",)
+    for name, value in {
+        "beside_remainder": lambda twin, names, drives, always=False: (
+            {("mass", "ratio"): one(1.2)} if always and list(names) == ["mass"] else {}
+        ),
+        "Search": lambda target, tried: SimpleNamespace(trial=lambda names, values: "as written"),
+        "step": lambda search, trial, judges: Step(f"{trial}", 2.0, {}, {}, 2.5),
+        "folds": lambda *asked: ("judge",),
+    }.items():
+        monkeypatch.setattr(extend_module, name, value)
+    found = course.run(add=["mass"], held_out={"b": None})
+    assert found.ladder[-1].change == "+ mass, where what is left lasts"
+    assert found.notes[-2] == f"mass: {SHOWN_BELOW}"
+    assert found.notes[-1].startswith("the last row, mass, where what is left lasts: they, and what they are often")
