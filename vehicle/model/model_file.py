@@ -138,7 +138,12 @@ def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Ef
         left = read_remainder({key: value for key, value in stated_remainder.items() if key not in TABLES})
         shape = read_shape(stated_remainder)
     except ModelError as error:
-        line = lines.find("remainder", error.key.split(".")[0])
+        path = ["remainder", *error.key.split(".")]
+        heads = range(
+            len(path) - 1, 0, -1
+        )  # [remainder.limits.jerk_limit] limit, or [remainder] limits.jerk_limit.limit
+        found = (lines.find(".".join(path[:k]), ".".join(path[k:])) for k in heads)
+        line = next((one for one in found if one), None)
         raise error.at(file, line, f"remainder.{error.key}") from error
     given = frozenset((*stated, *parameters))
     return VehicleModel(

@@ -29,12 +29,14 @@ Remainder: TypeAlias = Mapping[str, Mapping[str, float]]
 """channel -> regime -> root mean square beyond the noise, in the channel's unit, 0 or more."""
 
 
-def read_remainder(table: Mapping[str, Any], units: Mapping[str, str] = CHANNEL_UNITS) -> Remainder:
-    """The checked table of a model file, by the names in `units`, which says their units. Raises ModelError whose key
-    is the path inside the table."""
+def read_remainder(
+    table: Mapping[str, Any], units: Mapping[str, str] = CHANNEL_UNITS, what: str = "channel"
+) -> Remainder:
+    """The checked table of a model file. units: the names that it may have, with their units; what: what these are.
+    Raises ModelError whose key is the path inside the table."""
     found: dict[str, dict[str, float]] = {}
     for channel, regimes in table.items():
-        _known(channel, channel, tuple(units), "channel")
+        _known(channel, channel, tuple(units), what)
         if not isinstance(regimes, Mapping):
             raise ModelError("must be a table of driving regimes", key=channel, found=repr(regimes))
         for regime, value in regimes.items():

@@ -96,7 +96,7 @@ def _by_effect(table: Mapping[str, Any], name: str, *, more_than_0: bool = False
 def _wanders(table: Mapping[str, Any]) -> Remainder:
     told = _table(table, "wanders")
     try:
-        return read_remainder(told, WANDERING)
+        return read_remainder(told, WANDERING, "direction")
     except ModelError as error:
         raise error.at("", None, f"wanders.{error.key}") from error
 

@@ -67,6 +67,21 @@ def test_a_file_keeps_its_comments_when_only_the_remainder_changes() -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("[remainder]\nv.cruise = 1.0\nmemory.vv = 3.0", 3),
+        ("[remainder]\nv.cruise = 1.0\n[remainder.wanders]\nalong.cruise = 0.1\nalong.cruse = 0.1", 5),
+        ("[remainder]\nv.cruise = 1.0\n[remainder.limits.jerk_limit]\nlimit = -3.0", 4),
+        ("[remainder]\nv.cruise = 1.0\nwanders = 3", 3),
+    ],
+)
+def test_the_line_is_that_of_the_key_however_the_table_is_written(text: str, line: int) -> None:
+    with pytest.raises(ModelError) as refused:
+        parse_model(f"{CAR}{text}\n", "m.toml")
+    assert refused.value.line == CAR.count("\n") + line
+
+
+@pytest.mark.parametrize(
     ("text", "says"),
     [
         ("yawrate.braking = 0.1", r"m\.toml:\d+: remainder\.yawrate: unknown channel .* did you mean 'yaw_rate'"),
