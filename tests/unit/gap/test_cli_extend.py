@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.cli.command_line import main
+from pytest_dvp.gap.extend import extend as extend_module
+from pytest_dvp.gap.extend.twin_remainder import with_shape
 from tests.truth.generate import make_log, write_csv
 from vehicle.model.model_file import read_model
 
@@ -32,6 +34,14 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, bytes]:
         write_csv(path, make_log({"steer_delay": {"T": delay}} if delay else {}, "urban", seed))
         found[name] = path.read_bytes()
     return found
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _without_shape() -> Iterator[None]:
+    """What a remainder looks like takes nine tenths of an extension; the first test has it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extend_module, "with_shape", lambda twin, *more: twin)
+        yield
 
 
 @pytest.fixture
@@ -55,8 +65,9 @@ def document(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
 
 
 def test_new_model_is_written_with_interval_and_provenance_and_the_ladder_shows_both_kinds_of_data(
-    here: Path, drives: Mapping[str, bytes], capsys: pytest.CaptureFixture[str]
+    here: Path, drives: Mapping[str, bytes], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(extend_module, "with_shape", with_shape)
     assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
     (applied,) = read_model(here / "new.toml").effects
     interval = applied.intervals["T"]
@@ -77,9 +88,7 @@ def test_new_model_is_written_with_interval_and_provenance_and_the_ladder_shows_
 def test_a_twin_that_leaves_something_can_be_fitted_on_the_logs_that_judged_it_as_the_last_line_says(
     here: Path, left: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import pytest_dvp.gap.extend.extend as module
-
-    monkeypatch.setattr(module, "with_shape", lambda twin, *more: dataclasses.replace(twin, remainder=left))
+    monkeypatch.setattr(extend_module, "with_shape", lambda twin, *more: dataclasses.replace(twin, remainder=left))
     assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
     said = "dvp extend: to fit it on the held-out logs as well, once they have judged it: "
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith(said)]

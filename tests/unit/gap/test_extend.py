@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.extend import extend as extend_module
 from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.gap.extend.extension import Extension
 from pytest_dvp.gap.words.extension import page, rest
@@ -44,6 +45,15 @@ BRAKES = ("brake_gain", "g", 0.8)
 
 def logs(**named: Log) -> Mapping[str, Log]:
     return named
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _without_shape() -> Iterator[None]:
+    """What a remainder looks like takes nine tenths of an extension, and has tests of its own
+    (test_beside_a_remainder.py)."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(extend_module, "with_shape", lambda twin, *more: twin)
+        yield
 
 
 @pytest.fixture(scope="module")
