@@ -18,6 +18,7 @@ from benchmarks.foreign_cars.hidden import Values, sensed
 from benchmarks.foreign_cars.tyres import FloatArray
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.extend.extend import extend
+from pytest_dvp.gap.extend.growth import grow
 from pytest_dvp.logs.log import Log
 from vehicle.model.model_file import model_text, parse_model, read_model
 from vehicle.model.vehicle_model import VehicleModel
@@ -41,8 +42,9 @@ def matched(car: str, folder: Path) -> tuple[VehicleModel, dict[str, Any]]:
 def learnt(
     file: Path, sheet: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log]
 ) -> tuple[VehicleModel, dict[str, Any]]:
-    """The twin that learnt a car from its drives, by `diagnose` and `extend` with all that is named, and the answer of
-    the diagnosis with its CPU time [s]. The twin is written to `file`, and read from it the next time (no answer)."""
+    """The twin that learnt a car from its drives, by `diagnose` and `extend` with all that is named, then, if it leaves
+    more than noise, from all of them together (`grow`), and the answer of the diagnosis with its CPU time [s]. The twin
+    is written to `file`, and read from it the next time (no answer)."""
     if file.exists():
         return read_model(file), {}
     begin = time.process_time()
@@ -50,6 +52,8 @@ def learnt(
     cpu = time.process_time() - begin
     add = [e.name for e in found.effects if e.action == "add" and e.name not in found.set_up]
     twin = extend(logs, sheet, add=add, held_out=held_out, start=found.values).model
+    if twin.remainder:
+        twin = grow({**logs, **held_out}, twin).model
     file.parent.mkdir(parents=True, exist_ok=True)
     draft = file.with_suffix(".part")
     draft.write_text(model_text(twin), encoding="utf-8")

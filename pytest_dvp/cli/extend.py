@@ -55,6 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` confirmed"
     )
     parser.add_argument("--refit", action="store_true", help="also fit the other effects of the model again")
+    parser.add_argument(
+        "--grow", action="store_true",
+        help="fit all effects of the model again, and add what all logs together show; no log is held out",
+    )  # fmt: skip
     many("--fit", "LOG", "measured logs to fit on; a part of one as LOG@0:285 (seconds)", required=True)
     many(
         "--held-out", "LOG", "logs that are not fitted on but judge the result; default: each log is predicted from "
@@ -82,6 +86,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     _check(arguments)
     from pytest_dvp.gap.extend.extend import extend
+    from pytest_dvp.gap.extend.growth import grow
     from reports.whole_file import write_whole
     from vehicle.model.model_file import model_text, read_model
     from vehicle.model.model_file_edit import edited_text
@@ -105,7 +110,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rivals: dict[str, tuple[str, ...]] = {}
     with progress("dvp extend", "extending") as tick:
         start = None
-        if wanted.empty and not arguments.refit:
+        if wanted.empty and not (arguments.refit or arguments.grow):
             fitted = select_parts(arguments.fit, logs, model)
             judged = select_parts(arguments.held_out, held_out, model)
             for text in (fitted.said, judged.said):
@@ -117,11 +122,14 @@ def execute(arguments: argparse.Namespace) -> int:
                 return _copied(arguments, wanted.nothing, wanted.verdict)
             rivals = {effect.name: effect.rivals for effect in found.effects}
             start = found.values
-        extension = extend(
-            logs, model, add=wanted.add, remove=wanted.remove, refit=arguments.refit, held_out=held_out,
-            effects=tuple(extra.values()), start=start, fitted_on=[provenance(text) for text in arguments.fit],
-            twins=twins, tick=tick,
-        )  # fmt: skip
+        own, fitted_on = tuple(extra.values()), [provenance(text) for text in arguments.fit]
+        if arguments.grow:
+            extension = grow(logs, model, effects=own, fitted_on=fitted_on, tick=tick)
+        else:
+            extension = extend(
+                logs, model, add=wanted.add, remove=wanted.remove, refit=arguments.refit, held_out=held_out,
+                effects=own, start=start, fitted_on=fitted_on, twins=twins, tick=tick,
+            )  # fmt: skip
         effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
         notes = (*wanted.skipped, *extension.notes)
         extension = dataclasses.replace(extension, effects=tuple(effects), notes=notes)
@@ -149,6 +157,10 @@ def _check(arguments: argparse.Namespace) -> None:
         existing(arguments.diagnosis, "diagnosis")
         if arguments.add or arguments.remove:
             raise WrongArgument("dvp extend: --from names the effects itself; leave out --add and --remove")
+    against = {"--held-out": arguments.held_out, "--add": arguments.add, "--remove": arguments.remove,
+               "--from": arguments.diagnosis, "--twin": arguments.twin}  # fmt: skip
+    if arguments.grow and (also := [option for option, given in against.items() if given]):
+        raise WrongArgument(f"dvp extend: --grow fits all logs and finds what to add itself; leave out {also[0]}")
     both = set(arguments.add) & set(arguments.remove)
     if both:
         raise WrongArgument(f"dvp extend: {min(both)} is both to be added and to be removed")
@@ -248,7 +260,7 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
     if written:
         print(f"dvp extend: {arguments.out} written", file=sys.stderr)
         if arguments.held_out and extension.model.remainder:
-            said = "to fit it on the held-out logs as well, once they have judged it"
+            said = "to learn from the held-out logs as well, now that they have judged it"
             print(f"dvp extend: {said}: {_on_all(arguments)}", file=sys.stderr)
     else:
         print(f"dvp extend: {arguments.out} is not written: {extension.refusal}", file=sys.stderr)
@@ -256,5 +268,5 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
 
 def _on_all(arguments: argparse.Namespace) -> str:
     """The command that fits the new model on the logs that judged it, too."""
-    words = ["dvp", "extend", "--model", arguments.out, "--refit", "--fit", *arguments.fit, *arguments.held_out]
+    words = ["dvp", "extend", "--model", arguments.out, "--grow", "--fit", *arguments.fit, *arguments.held_out]
     return shlex.join([*words, "--out", f"{Path(arguments.out).stem}.all.toml", *forwarded_options(arguments)])

@@ -54,17 +54,19 @@ def with_values(model: VehicleModel, values: Values, added: Sequence[Effect] = (
 
 def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Sequence[Fold]) -> VehicleModel:
     """The model with what it does not explain of the logs fitted on and of those held out: how much, for how long, and
-    how well the car's own sensors agree."""
+    how well the car's own sensors agree. The larger remainder of the two is told; if none is held out, the largest of
+    the logs."""
     fitted = [(e, final.values) for e in search.target.experiments]
     apart = [
         (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
         for e in fold.judge.experiments
     ]  # fmt: skip
-    remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
+    groups = (fitted, apart) if apart else [[one] for one in fitted]
+    remainder = measured_remainder([[e.left(values) for e, values in group] for group in groups])
     parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
     shape = RemainderShape()
     if remainder:
-        wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in (fitted, apart)])
+        wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in groups])
         shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders)
     return dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
 

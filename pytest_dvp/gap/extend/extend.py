@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, confused_with, shown_below, with_below
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
-from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, with_remainder
-from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates, rounded
-from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
+from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
+from pytest_dvp.gap.diagnose.held_out import folds, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend.acceptance import Acceptance, judge_addition, judge_removal, worse_together
 from pytest_dvp.gap.extend.extension import Extension, Rung
+from pytest_dvp.gap.extend.fitted_model import assumed, edges, fitted_model, values_of
+from pytest_dvp.gap.extend.ladder import ladder_of, shares
 from pytest_dvp.gap.extend.perception import judge_perception
 from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_shape
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
@@ -86,7 +86,7 @@ def extend(
     lost = [a.name for a in gone if a.effect.slot != "perception"]
     kept = candidates_of(model, {a.name for a in model.effects} - {*add, *remove}) if refit else []
     search = _search(target, model, [*kept, *chosen], lost)
-    begin = {**search.start, **_values(model), **dict(start or {})}
+    begin = {**search.start, **values_of(model), **dict(start or {})}
     drives, provenance = Drives(logs, held_out or {}, effects), tuple(fitted_on)
     judges = folds(logs, held_out, model, effects)
 
@@ -98,7 +98,7 @@ def extend(
     def twin_of(one: _Made) -> VehicleModel:
         mine = [c.effect for c in one.chosen]
         return with_remainder(
-            _extended(model, one.final, one.sure, remove, mine, provenance), search, one.final, judges
+            fitted_model(model, one.final, one.sure, remove, mine, provenance), search, one.final, judges
         )
 
     tick("fitting")
@@ -117,15 +117,15 @@ def extend(
             grown, below = _grown_below(twin_of(whole), again, begin, drives)
     final, sure, done = whole.final, whole.sure, whole.done
     tick("held-out data")
-    ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
+    ladder = tuple(ladder_of(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
     done += [judge_removal(search, final, name, model, judges) for name in lost]
     blind = [a.name for a in gone if a.effect.slot == "perception"]
     done += judge_perception(model, logs, held_out or {}, seen, blind, twins)
     sure |= {(d.effect.name, key): value for d in done for key, value in d.effect.parameters.items()
              if d.effect.action != "remove"}  # fmt: skip
     steps = [rung.step for rung in ladder]
-    shares = _shares(steps)
-    named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, d.effect.gain)) for d in done)
+    explains = shares(steps)
+    named = tuple(dataclasses.replace(d.effect, gain=explains.get(d.effect.name, d.effect.gain)) for d in done)
     channels = target.by_channel(final.values)
     left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
     explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
@@ -136,9 +136,9 @@ def extend(
     if below:
         extended = dataclasses.replace(grown, remainder=model.remainder, remainder_shape=model.remainder_shape)
         detections = {key: value for key, value in sure.items() if key[0] in {e.name for e in seen}}
-        extended, twin = _extended(extended, final, detections, (), seen, provenance), grown
+        extended, twin = fitted_model(extended, final, detections, (), seen, provenance), grown
     else:
-        extended = _extended(model, final, sure, remove, wanted, provenance)
+        extended = fitted_model(model, final, sure, remove, wanted, provenance)
         twin = with_remainder(extended, search, final, judges)
     notes = [d.note for d in done if d.note]
     tick("fitting beside what is left")
@@ -151,7 +151,7 @@ def extend(
     if better:
         sure |= better
         named = tuple(_with_values(e, better) for e in (*named, *(one.as_named() for one in below)))
-        extended = _extended(extended, final, better, (), (), provenance)
+        extended = fitted_model(extended, final, better, (), (), provenance)
         plain = Search(experiment_set(logs, extended, extra=effects), ())
         last = plain.trial((), {})
         judges = folds(logs, held_out, extended, effects)
@@ -166,7 +166,7 @@ def extend(
         ladder=ladder,
         noise_floor=target.noise(),
         refusal="; ".join(wrong),
-        notes=(*notes, *_edges(final), *_assumed(final, model)),
+        notes=(*notes, *edges(final), *assumed(final, model)),
         explained=explained,
         excused=bool(model.remainder),
     )
@@ -244,14 +244,6 @@ def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidat
     return Search(target, tried, nuisance=free, start=start, fixed=off)
 
 
-def _values(model: VehicleModel) -> dict[tuple[str, str], float]:
-    """What the model's effects are set to, where a fit can begin."""
-    return {
-        (a.name, key.name): a.values[key.name] for a in model.effects for key in a.effect.parameters
-        if isfinite(a.values[key.name])
-    }  # fmt: skip
-
-
 def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate]) -> Trial:
     """All together, each effect begun where it takes away most beside those before it."""
     now = search.trial(kept, begin)
@@ -273,70 +265,3 @@ def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence
         if before - now.chi2 < _ENOUGH * search.count:
             break
     return search.trial(now.names, now.values, zoom=True)
-
-
-def _ladder(search: Search, final: Trial, kept: int, lost: Sequence[str], judges: Sequence[Fold],
-            present: Collection[str]) -> Iterator[Rung]:  # fmt: skip
-    """From the model as given to the final one: what is removed, what is fitted again, then effect after effect."""
-    plain = Search(search.target, ())
-    yield Rung("", step(plain, plain.trial((), {}), judges))
-    off: dict[tuple[str, str], float] = {}
-    for name in lost:
-        off |= {key: value for key, value in search.fixed.items() if key[0] == name}
-        without = Search(search.target, (), fixed=off)
-        yield Rung(f"- {name}", step(without, without.trial((), {}), judges, name))
-    if search.nuisance or kept:
-        yield Rung("~ fitted again", step(search, search.trial(final.names[:kept], final.values), judges))
-    for count in range(kept + 1, len(final.names) + 1):
-        names = final.names[:count]
-        trial = final if count == len(final.names) else search.trial(names, final.values)
-        yield Rung(f"{'~' if names[-1] in present else '+'} {names[-1]}", step(search, trial, judges, names[-1]))
-
-
-def _shares(steps: Sequence[Step]) -> dict[str, float]:
-    """Share of the excess error (chi^2/N above 1) that each step took away, 0..1; less than the noise is no gain."""
-    left = [max(step.chi2_per_n, 1.0) for step in steps]
-    excess = max(left[0] - 1.0, 1e-9)
-    return {
-        step.added: float(min(max((before - after) / excess, 0.0), 1.0))
-        for step, (before, after) in zip(steps[1:], itertools.pairwise(left), strict=True)
-    }
-
-
-def _edges(final: Trial) -> Iterator[str]:
-    for c in final.fit.coordinates:
-        if c.is_at_limit(final.values[c.name]):
-            value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
-            yield f"{value} stands where the search ends: no estimate; something else may be missing"
-
-
-def _assumed(final: Trial, model: VehicleModel) -> Iterator[str]:
-    given = model.car.values()
-    for (effect, key), value in final.values.items():
-        if effect == "parameters" and abs(value - given[key]) > 1e-9:
-            yield f"[parameters] {key} is {rounded(value):g} in the new model instead of {given[key]:g}: fits better"
-
-
-def _extended(
-    model: VehicleModel, final: Trial, sure: Mapping[tuple[str, str], Estimate], remove: Sequence[str],
-    added: Sequence[Effect], fitted_on: tuple[str, ...],
-) -> VehicleModel:  # fmt: skip
-    from vehicle.model.vehicle_model import AppliedEffect, Interval
-
-    for name in remove:
-        model = model.without_effect(name)
-    scales: dict[str, Any] = {key: value.value for (effect, key), value in sure.items() if effect == "inputs"}
-    car = {key: rounded(value) for (effect, key), value in final.values.items() if effect == "parameters"}
-    model = dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **scales)).with_car(car)
-    present = {a.name: a for a in model.effects}
-    for effect in [*(a.effect for a in model.effects), *(e for e in added if e.name not in present)]:
-        fits = {key: value for (name, key), value in sure.items() if name == effect.name}
-        if fits:
-            old = dict(present[effect.name].values) if effect.name in present else {}
-            present[effect.name] = AppliedEffect(
-                effect,
-                effect.complete({**old, **{key: value.value for key, value in fits.items()}}),
-                {key: Interval(value.low, value.high) for key, value in fits.items()},
-                fitted_on,
-            )
-    return dataclasses.replace(model, effects=tuple(present.values()))

@@ -17,7 +17,9 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend import acceptance as module
 from pytest_dvp.gap.extend.acceptance import _percent, judge_addition, judge_removal, worse_together
-from pytest_dvp.gap.extend.extend import _assumed, _edges, _fitted, _present, _search, _shares, _values
+from pytest_dvp.gap.extend.extend import _fitted, _present, _search
+from pytest_dvp.gap.extend.fitted_model import assumed, edges, values_of
+from pytest_dvp.gap.extend.ladder import shares
 from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, Applied, Having, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError
@@ -169,8 +171,8 @@ def test_changes_are_told_in_percent() -> None:
 
 def test_shares_of_the_excess_are_those_beyond_the_noise() -> None:
     steps = [a_step("", 3.0), a_step("a", 2.0), a_step("b", 0.5), a_step("c", 0.4), a_step("d", 1.2)]
-    assert _shares(steps) == pytest.approx({"a": 0.5, "b": 0.5, "c": 0.0, "d": 0.0})
-    assert _shares([a_step("", 0.9), a_step("a", 0.8)]) == {"a": 0.0}
+    assert shares(steps) == pytest.approx({"a": 0.5, "b": 0.5, "c": 0.0, "d": 0.0})
+    assert shares([a_step("", 0.9), a_step("a", 0.8)]) == {"a": 0.0}
 
 
 def test_values_are_told_as_they_are_written(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,13 +194,13 @@ def test_what_stands_at_the_end_of_the_search_and_what_was_assumed_is_told() -> 
     for value, told in ((end, True), (0.9, False)):
         fit = Fit((c,), {}, np.zeros(1), 1.0, np.zeros((1, 1)))
         trial = Trial(("drive_gain",), {DRIVE: value, ("parameters", "ay_x"): 0.3}, fit, np.zeros(1))
-        found = list(_edges(trial))
+        found = list(edges(trial))
         assert bool(found) is told
         assert not told or found[0].startswith(f"drive_gain.g = {end:.4g} - stands where the search ends")
     model = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\n")
-    (said,) = _assumed(trial, model)
+    (said,) = assumed(trial, model)
     assert said == "[parameters] ay_x is 0.3 in the new model instead of 0: fits better"
-    assert list(_assumed(Trial((), {("parameters", "ay_x"): 0.0}, trial.fit, np.zeros(1)), model)) == []
+    assert list(assumed(Trial((), {("parameters", "ay_x"): 0.0}, trial.fit, np.zeros(1)), model)) == []
 
 
 def test_effects_are_fitted_one_after_another_from_where_each_takes_most() -> None:
@@ -217,14 +219,14 @@ MODEL = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\nmass = 
 
 def test_what_the_model_has_is_kept_set_and_switched_off_by_name() -> None:
     model = MODEL.with_effect("drive_gain", {"g": 0.9}).with_effect("brake_limit", {"limit": 5.0})
-    assert _values(model) == {DRIVE: 0.9, ("brake_limit", "limit"): 5.0}
+    assert values_of(model) == {DRIVE: 0.9, ("brake_limit", "limit"): 5.0}
     assert [c.name for c in candidates_of(model, {"drive_gain"})] == ["drive_gain"]
     assert [c.name for c in candidates_of(model, {"drive_gain", "brake_limit"})] == ["drive_gain", "brake_limit"]
     (kept,) = candidates_of(model, {"drive_gain"})
     assert [c.name for c in kept.coordinates] == [DRIVE]
     off = model.with_effect("brake_limit", {"limit": float("inf")})
     assert [c.name for c in candidates_of(off, {"drive_gain", "brake_limit"})] == ["drive_gain"]
-    assert _values(off) == {DRIVE: 0.9}
+    assert values_of(off) == {DRIVE: 0.9}
     assert _present(model, "brake_limit").values == {"limit": 5.0}
     with pytest.raises(ModelError, match="drive_gain"):
         _present(model, "drive_gian")

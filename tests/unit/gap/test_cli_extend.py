@@ -16,6 +16,7 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.extend import extend as extend_module
+from pytest_dvp.gap.extend import growth
 from pytest_dvp.gap.extend.twin_remainder import with_shape
 from tests.truth.generate import make_log, write_csv
 from vehicle.model.model_file import read_model
@@ -40,7 +41,8 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, bytes]:
 def _without_shape() -> Iterator[None]:
     """What a remainder looks like takes nine tenths of an extension; the first test has it."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(extend_module, "with_shape", lambda twin, *more: twin)
+        for module in (extend_module, growth):
+            patch.setattr(module, "with_shape", lambda twin, *more: twin)
         yield
 
 
@@ -85,15 +87,15 @@ def test_new_model_is_written_with_interval_and_provenance_and_the_ladder_shows_
 
 
 @pytest.mark.parametrize("left", [{}, {"v": {"cruise": 0.1}}])
-def test_a_twin_that_leaves_something_can_be_fitted_on_the_logs_that_judged_it_as_the_last_line_says(
+def test_a_twin_that_leaves_something_can_learn_from_the_logs_that_judged_it_as_the_last_line_says(
     here: Path, left: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(extend_module, "with_shape", lambda twin, *more: dataclasses.replace(twin, remainder=left))
     assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
-    said = "dvp extend: to fit it on the held-out logs as well, once they have judged it: "
+    said = "dvp extend: to learn from the held-out logs as well, now that they have judged it: "
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith(said)]
     assert lines == (
-        [f"{said}dvp extend --model new.toml --refit --fit one.csv two.csv --out new.all.toml"] if left else []
+        [f"{said}dvp extend --model new.toml --grow --fit one.csv two.csv --out new.all.toml"] if left else []
     )
     assert extend("--fit", "one.csv") == 0
     assert said not in capsys.readouterr().err
@@ -337,6 +339,7 @@ def test_own_input_is_overwritten_only_by_force(here: Path) -> None:
         (["--fit", "one.csv", "--gates", "none.toml"], "none.toml: no such gate file"),
         (["--fit", "one.csv", "--from", "car.toml"], "leave out --add"),
         (["--fit", "one.csv", "--refti"], "did you mean --refit"),
+        (["--fit", "one.csv", "--grow"], "--grow fits all logs and finds what to add itself; leave out --add"),
     ],
 )
 def test_wrong_argument_is_one_line_and_exit_code_2(

@@ -16,9 +16,12 @@ from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import _imitated
 from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.extend import extend as extend_module
+from pytest_dvp.gap.extend import ladder as ladder_module
 from pytest_dvp.gap.extend.acceptance import Acceptance
-from pytest_dvp.gap.extend.extend import _chosen, _extended, _ladder, _wanted, extend
+from pytest_dvp.gap.extend.extend import _chosen, _wanted, extend
 from pytest_dvp.gap.extend.extension import Rung
+from pytest_dvp.gap.extend.fitted_model import fitted_model
+from pytest_dvp.gap.extend.ladder import ladder_of
 from tests.unit.gap.linear_world import BRAKE, DRIVE, World, a_search, a_trial
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError
@@ -65,12 +68,12 @@ def test_a_ladder_goes_from_the_model_as_given_to_the_final_one(monkeypatch: pyt
         told.append((trial.names, dict(search.fixed), added))
         return trial.names
 
-    monkeypatch.setattr(extend_module, "step", step)
+    monkeypatch.setattr(ladder_module, "step", step)
     monkeypatch.setattr(Search, "trial", lambda self, names, start, **more: SimpleNamespace(names=tuple(names)))
     search = a_search(World({}), "steer_ratio", "brake_gain", "steer_offset")
     search.fixed = {DRIVE: 1.0, BRAKE: 1.0}
     final: Any = SimpleNamespace(names=("steer_ratio", "brake_gain", "steer_offset"), values={})
-    rungs = list(_ladder(search, final, 1, ["drive_gain", "brake_gain"], (), {"brake_gain"}))
+    rungs = list(ladder_of(search, final, 1, ["drive_gain", "brake_gain"], (), {"brake_gain"}))
     assert [rung.change for rung in rungs] == [
         "", "- drive_gain", "- brake_gain", "~ fitted again", "~ brake_gain", "+ steer_offset",
     ]  # fmt: skip
@@ -79,10 +82,10 @@ def test_a_ladder_goes_from_the_model_as_given_to_the_final_one(monkeypatch: pyt
         ((), {}, None), ((), {DRIVE: 1.0}, "drive_gain"), ((), both, "brake_gain"), (("steer_ratio",), both, None),
         (("steer_ratio", "brake_gain"), both, "brake_gain"), (final.names, both, "steer_offset"),
     ]  # fmt: skip
-    short = list(_ladder(search, dataclasses.replace(a_trial(1.0), names=("steer_ratio",)), 0, [], (), set()))
+    short = list(ladder_of(search, dataclasses.replace(a_trial(1.0), names=("steer_ratio",)), 0, [], (), set()))
     assert [rung.change for rung in short] == ["", "+ steer_ratio"]
     search.nuisance = (None,)  # type: ignore[assignment]
-    again = list(_ladder(search, dataclasses.replace(a_trial(1.0), names=()), 0, [], (), set()))
+    again = list(ladder_of(search, dataclasses.replace(a_trial(1.0), names=()), 0, [], (), set()))
     assert [rung.change for rung in again] == ["", "~ fitted again"]
 
 
@@ -95,7 +98,7 @@ def test_the_new_model_has_what_was_fitted_with_its_intervals_and_lacks_what_was
     sure = {DRIVE: one(0.8), ("inputs", "steer_scale"): one(0.45), ("mass", "ratio"): one(1.1),
             ("detection_latency", "T"): one(0.2, "s")}  # fmt: skip
     added = [find_effect("mass"), find_effect("steer_lag"), find_effect("detection_latency")]
-    found = _extended(two, final, sure, ["steer_offset"], added, ("a.csv",))
+    found = fitted_model(two, final, sure, ["steer_offset"], added, ("a.csv",))
     assert [a.name for a in found.effects] == ["drive_gain", "detection_yaw", "mass", "detection_latency"]
     gain, yaw, mass, _ = found.effects
     assert (gain.values["g"], mass.values["ratio"]) == (0.8, 1.1)
@@ -110,7 +113,7 @@ def test_the_new_model_has_what_was_fitted_with_its_intervals_and_lacks_what_was
 def test_keys_that_were_not_fitted_stay_as_they_were() -> None:
     fading = MODEL.with_effect("brake_fade", {"k": 0.01, "tau": 90.0})
     final: Any = SimpleNamespace(values={})
-    (found,) = _extended(fading, final, {("brake_fade", "k"): one(0.02)}, [], [], ()).effects
+    (found,) = fitted_model(fading, final, {("brake_fade", "k"): one(0.02)}, [], [], ()).effects
     assert (found.values["k"], found.values["tau"]) == (0.02, 90.0)
 
 
@@ -138,10 +141,10 @@ class Course:
         for name, value in {
             "experiment_set": lambda logs, model, extra: target,
             "_search": self._search, "_fitted": self._fitted, "folds": lambda *asked: ("judge",),
-            "_ladder": self._ladder(rungs),
+            "ladder_of": self._ladder(rungs),
             "estimates": lambda final, search: {DRIVE: one(0.8), ("mass", "ratio"): one(1.1)},
             "judge_addition": self._judged("add"), "judge_removal": self._removed,
-            "judge_perception": self._perception, "_extended": self._note("extended", "model"),
+            "judge_perception": self._perception, "fitted_model": self._note("extended", "model"),
             "with_remainder": lambda extended, *more: extended, "with_shape": lambda twin, *more: twin,
             "beside_remainder": self._beside,
             "_grown_below": lambda twin, refused, begin, drives: self._below(twin, refused),
@@ -238,7 +241,7 @@ def test_values_fitted_once_more_are_those_of_the_model_and_the_ladder_ends_with
         ),
         "Search": lambda target, tried: SimpleNamespace(trial=lambda names, values: "as written"),
         "step": lambda search, trial, judges: Step(f"{trial} {judges}", 2.0, {}, {}, 2.5),
-        "_extended": lambda model, final, sure, *more: {key: estimate.value for key, estimate in sure.items()},
+        "fitted_model": lambda model, final, sure, *more: {key: estimate.value for key, estimate in sure.items()},
     }.items():
         monkeypatch.setattr(extend_module, name, value)
     found = course.run(add=["mass"], held_out={"b": None})

@@ -1,0 +1,113 @@
+"""grow: what all logs of a twin show together is added, and what they contradict each other in is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet
+from pytest_dvp.gap.extend import growth
+from pytest_dvp.gap.extend.extension import Extension
+from pytest_dvp.gap.extend.growth import ALL_SHOW, LOSES, contradicts, grow, grown
+from pytest_dvp.logs.log import Log
+from tests.truth.generate import make_log
+from vehicle.model.model_file import parse_model
+
+CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
+LATE = '[[effect]]\nname = "steer_delay"\n[effect.parameters.T]\nvalue = 0.1\n'
+KNOWN = "[remainder]\nv.cruise = 0.5\nax.launch = 0.9\n"
+HIDDEN = {"steer_delay": {"T": 0.2}, "drive_lag": {"tau": 0.3}}
+
+
+@pytest.fixture(scope="module")
+def found() -> Iterator[Extension]:
+    """A twin with a wrong dead time and without the car's lag, and a remainder that excuses all of it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(growth, "with_shape", lambda twin, *more: twin)
+        logs = {f"{k}.csv": Log(make_log(HIDDEN, "urban", k)) for k in (1, 2)}
+        yield grow(logs, parse_model(CAR + LATE + KNOWN), fitted_on=("1.csv", "2.csv"))
+
+
+def test_what_the_known_remainder_excuses_is_found_on_all_logs_together(found: Extension) -> None:
+    assert [e.name for e in found.effects] == ["drive_lag"]
+    assert found.model.value("drive_lag", "tau") == pytest.approx(0.3, rel=0.05)
+    assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
+
+
+def test_each_rung_says_what_was_done_and_the_error_falls(found: Extension) -> None:
+    assert [rung.change for rung in found.ladder[:2]] == ["", "~ fitted again"]
+    assert [rung.change for rung in found.ladder[2:]] == [f"+ {e.name}" for e in found.effects]
+    left = [rung.step.chi2_per_n for rung in found.ladder]
+    assert left == sorted(left, reverse=True)
+    assert left[-1] == pytest.approx(1.0, abs=0.15)
+    assert found.explained
+    assert not found.refusal
+
+
+def test_no_held_out_error_is_claimed_and_each_new_effect_says_that_nothing_judged_it(found: Extension) -> None:
+    assert all(rung.step.held_out_chi2_per_n is None for rung in found.ladder)
+    assert all(e.standing == "provisional" and e.doubts == (ALL_SHOW,) for e in found.effects)
+    assert [note for note in found.notes if note.endswith(ALL_SHOW)] == [f"{e.name}: {ALL_SHOW}" for e in found.effects]
+
+
+def test_provenance_is_of_all_logs_and_the_old_remainder_is_measured_anew(found: Extension) -> None:
+    assert {a.fitted_on for a in found.model.effects} == {("1.csv", "2.csv")}
+    assert found.model.remainder.get("v", {}).get("cruise", 0.0) < 0.1  # the file said 0.5
+
+
+def two_logs(monkeypatch: pytest.MonkeyPatch, left: dict[str, tuple[float, float]]) -> Any:
+    """Two logs of which a set of effects, by its last name, leaves so much chi^2."""
+    target = ExperimentSet(("one", "two"))  # type: ignore[arg-type]
+
+    def whitened(self: ExperimentSet, values: Any) -> Any:
+        return np.sqrt([left[values[""]][0 if one == "one" else 1] for one in self.experiments])
+
+    monkeypatch.setattr(ExperimentSet, "whitened", whitened)
+    monkeypatch.setattr(ExperimentSet, "settle", lambda self, values: None)
+    return target
+
+
+def a_trial(*names: str) -> Any:
+    return SimpleNamespace(names=names, values={"": names[-1]}, chi2=0.0)
+
+
+@pytest.mark.parametrize(
+    ("left", "contradiction"),
+    [
+        ((60.0, 100.0), False),  # nothing is lost
+        ((40.0, 100.0 + 60.0 * LOSES - 1.0), False),
+        ((40.0, 100.0 + 60.0 * LOSES + 1.0), True),
+        ((100.0 + 60.0 * LOSES + 1.0, 40.0), True),  # whichever log it is
+        ((101.0, 101.0), True),
+    ],
+)
+def test_logs_contradict_each_other_if_one_loses_a_third_of_what_the_other_gains(
+    left: tuple[float, float], contradiction: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = two_logs(monkeypatch, {"kept": (100.0, 100.0), "new": left})
+    assert contradicts(target, a_trial("kept"), a_trial("kept", "new")) is contradiction
+
+
+def test_the_next_best_effect_comes_where_logs_contradict_each_other_and_what_they_do_is_barred(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    target = two_logs(
+        monkeypatch, {"kept": (100.0, 100.0), "disputed": (10.0, 190.0), "agreed": (70.0, 80.0), "other": (1.0, 190.0)}
+    )
+    asked: list[tuple[str, ...]] = []
+
+    def paying(now: Any, barred: Any, most: int) -> list[Any]:
+        asked.append(tuple(barred))
+        names = {1: ("disputed", "agreed"), 2: ("other",)}.get(len(now.names), ())
+        return [a_trial(*now.names, name) for name in names if name not in barred]
+
+    search: Any = SimpleNamespace(
+        target=target, count=100, paying=paying, trial=lambda names, values, like=None: a_trial(*names)
+    )
+    trials = list(grown(search, {}, ["kept"], lambda text: None))
+    assert [trial.names for trial in trials] == [("kept",), ("kept", "agreed")]
+    assert asked == [(), (), ("other",)]
