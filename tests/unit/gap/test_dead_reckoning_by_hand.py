@@ -22,7 +22,7 @@ from pytest_dvp.gap.diagnose.dead_reckoning import (
 def reckoned_by_hand(rest: np.ndarray, motion: np.ndarray, t: np.ndarray, begins: np.ndarray) -> np.ndarray:
     """Each stretch alone: residuals hold where they are not known, and are summed by the trapezoidal rule."""
     found = rest.copy()
-    edges = [*np.flatnonzero(begins), len(t)]
+    edges = sorted({0, *np.flatnonzero(begins), len(t)})
     for first, end in pairwise(edges):
         held = np.zeros((end - first, 3))  # of yaw, speed and yaw rate
         for k, channel in enumerate((2, 3, 4)):
@@ -42,12 +42,15 @@ def reckoned_by_hand(rest: np.ndarray, motion: np.ndarray, t: np.ndarray, begins
     return found
 
 
-def test_positions_and_headings_lose_what_was_summed_since_their_stretch_began() -> None:
+@pytest.mark.parametrize("starts", [(0, 1, 13, 30), (5, 13)])
+def test_positions_and_headings_lose_what_was_summed_since_their_stretch_began(starts: tuple[int, ...]) -> None:
+    """The first row begins one, whether it says so or not."""
     rng = np.random.default_rng(5)
     rest, motion = rng.normal(size=(40, 8)), rng.normal(size=(40, 8)) + 2.0
     rest[rng.random(rest.shape) < 0.3] = nan
+    rest[0, :5] = (1.0, 2.0, nan, nan, nan)
     t = np.cumsum(rng.uniform(0.02, 0.3, size=40))
-    begins = np.isin(np.arange(40), (0, 1, 13, 30))
+    begins = np.isin(np.arange(40), starts)
     left = beside_dead_reckoning(rest, motion, t, begins)
     assert left == pytest.approx(reckoned_by_hand(rest, motion, t, begins), abs=1e-12, nan_ok=True)
 
@@ -57,7 +60,7 @@ def test_positions_and_headings_lose_what_was_summed_since_their_stretch_began()
 
 def stretch(change: tuple[float, float, float], rows: int = 102, heading: float = 0.0, noise: Any = None) -> Reckoned:
     """A log at 2 Hz that wanders by so much (x, y, yaw) in each second."""
-    t = 0.5 * np.arange(rows)
+    t: Any = 0.5 * np.arange(rows)
     rest = np.zeros((rows, 8))
     rest[:, :3] = t[:, None] * change
     sigma = np.array([0.1, 0.1, 0.02, inf, inf, inf, inf, inf] if noise is None else noise)
@@ -89,7 +92,7 @@ def test_x_and_y_of_different_noise_are_taken_for_one_of_the_mean_square() -> No
 @pytest.mark.parametrize(("rows", "told"), [(102, True), (101, False)])
 def test_a_hundred_steps_are_enough(rows: int, told: bool) -> None:
     assert bool(measured_steps([[stretch((1.0, 1.0, 1.0), rows)]])) is told
-    short = [stretch((1.0, 1.0, 1.0), rows - 52), stretch((1.0, 1.0, 1.0), 54), stretch((1.0, 1.0, 1.0), 2)]
+    short = [stretch((1.0, 1.0, 1.0), n) for n in (2, rows - 52, 54)]
     assert bool(measured_steps([short])) is told  # together; two rows are no second
 
 
@@ -113,12 +116,16 @@ def test_heading_and_regime_are_those_of_the_middle_of_a_step() -> None:
     found = measured_steps([[log]])
     assert found["along"] == {"cruise": 0.99, "braking": 0.005}
     assert found["across"] == {"cruise": 0.005, "braking": 0.99}
+    log.rest[:, :2] = 0.0
+    log.rest[121:, 0] = 10.0  # seen by a step with its middle at row 120, and by one at row 121
+    found = measured_steps([[log._replace(heading=np.zeros(240))]])
+    assert found["along"] == {"cruise": 0.902, "braking": 0.91}  # sqrt(100 / 120 - 0.02), sqrt(100 / 118 - 0.02)
 
 
 @pytest.mark.parametrize(("step", "apart"), [(0.02, 50), (0.3, 3), (0.4, 2), (3.0, 1)])
 def test_a_step_takes_as_many_rows_as_come_nearest_to_a_second(step: float, apart: int) -> None:
     """Of a walk to and fro with a period of 2 x apart rows, only steps of half a period are all of its whole width."""
-    t = step * np.arange(400)
+    t: Any = step * np.arange(400)
     rest = np.zeros((400, 8))
     rest[:, 0] = np.where((np.arange(400) // apart) % 2, 1.0, 0.0)
     sigma = np.array([0.01, 0.01, inf, inf, inf, inf, inf, inf])
