@@ -61,7 +61,7 @@ def test_several_effects_find_their_shares_at_once_and_the_others_go() -> None:
 
 @pytest.mark.parametrize(
     ("effects", "left", "excused", "bare"),
-    [(4, 20.1, False, True), (4, 19.9, False, False), (3, 900.0, False, False), (5, 20.1, True, False)],
+    [(4, 20.1, False, True), (4, 20.0, False, False), (3, 900.0, False, False), (5, 20.1, True, False)],
 )
 def test_a_few_effects_that_leave_much_say_that_the_model_is_bare(
     effects: int, left: float, excused: bool, bare: bool
