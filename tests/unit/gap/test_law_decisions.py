@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -206,6 +207,23 @@ def test_forms_like_the_best_one_differ_by_one_factor_at_most() -> None:
     assert {tried[k].form.gate for k in found} == {("ay", "d"), ("d",), ("a-", "v"), ("|d|", "v"), ("v", "d")}
     twice = [Term(brake, Form(("v",)), v0=v0) for v0 in (1.0, 2.0)]
     assert _alike(twice[0], twice, SimpleNamespace(gains=np.array([1.0, 2.0]))) == [1]  # type: ignore[arg-type]
+
+
+def test_forms_like_the_last_term_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of each round the terms are marked with its number."""
+    looked: list[float] = []
+
+    class Marked(Stub):
+        def _fitted(self, terms: Any) -> _Fitted:
+            return super()._fitted((*terms[:-1], dataclasses.replace(terms[-1], c=float(len(terms)))))
+
+    def alike(term: Term, tried: Any, scan: Any) -> list[int]:
+        looked.append(term.c)
+        return []
+
+    monkeypatch.setattr(module, "_alike", alike)
+    Marked((4.0, 4.0), [(3.0, 3.0), (2.0, 2.0), (1.5, 1.5)]).run()
+    assert looked == [1.0, 2.0, 3.0]
 
 
 def test_a_law_is_fitted_again_with_the_starts_that_it_would_have() -> None:

@@ -278,6 +278,16 @@ def test_on_long_ground_small_steering_is_at_walking_pace() -> None:
     assert listened(city, envelope=wide).wanted[0].speed == 7.0
 
 
+@pytest.mark.parametrize(
+    ("manoeuvre", "seconds", "most"),
+    [(small_steps, 6.5, 7.0), (small_steer, 5.0, 8.0), (small_pedal, 6.0, 5.0), (city, 5.0, 7.0)],
+)
+def test_on_short_ground_small_steps_are_as_fast_as_there_is_room(manoeuvre: Any, seconds: float, most: float) -> None:
+    d = listened(manoeuvre, envelope=Envelope(max_speed=20.0, length=56.0, width=20.0))
+    assert d.wanted[0].speed == d.fitting(seconds) < most
+    assert d.fitting(seconds + 1.0) < d.fitting(seconds) < d.fitting(seconds - 1.0)
+
+
 def test_each_pedal_test_has_its_shape_to_its_end() -> None:
     for manoeuvre, hold, sizes in ((pedal_steps, 1.0, (0.3, 0.6, 1.0)), (held_steps, 2.0, (0.5, 1.0))):
         d = listened(manoeuvre)

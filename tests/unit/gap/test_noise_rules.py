@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from pytest_dvp.gap.compare import coloured_noise
 from pytest_dvp.gap.compare.coloured_noise import ORDER, Whitening, _correlation, _level, _levinson, _runs, first_rows
 from pytest_dvp.gap.compare.compare import noise_floor
 from pytest_dvp.gap.compare.noise_floor import _quantum, _strides, _swing, _white_level, sigma
@@ -54,6 +55,33 @@ def test_noise_that_never_looks_white_has_the_level_of_its_first_differences() -
     d = np.diff(y, 3)
     assert smooth
     assert level == pytest.approx(1.482602 * float(np.median(np.abs(d))) / 20.0**0.5)
+
+
+@pytest.mark.parametrize(("rows", "pieces"), [(400, 3), (400, 2), (8, 3), (5, 3)])
+def test_what_a_line_through_each_standstill_took_out_is_added_again(
+    rows: int, pieces: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Weights of neighbours of 0.5 in all and a gain of 1 leave a quarter of the samples as independent ones. A level
+    and a slope of each piece took two of them out, at most half of all. Below four the noise counts as white."""
+    weights, gain = np.zeros((ORDER + 1, ORDER)), np.ones(ORDER + 1)
+    weights[ORDER, :2] = 0.3, 0.2
+    monkeypatch.setattr(
+        coloured_noise, "_runs", lambda t, still: [slice(k * rows, (k + 1) * rows) for k in range(pieces)]
+    )
+    monkeypatch.setattr(coloured_noise, "_level", lambda t, y: y)
+    monkeypatch.setattr(coloured_noise, "_correlation", lambda given: (np.ones(4), 0.3))
+    monkeypatch.setattr(coloured_noise, "_levinson", lambda correlation: (weights, gain))
+    n = 1300
+    sigma_given = np.full(len(CHANNELS), np.inf)
+    sigma_given[3] = 0.2
+    found = coloured_noise.whitening(0.02 * np.arange(n), np.zeros((n, len(CHANNELS))), sigma_given)
+    samples = 0.25 * rows * pieces
+    if samples < 4.0:
+        assert (found.sigma[3], found.independent[3]) == (0.2, 1.0)
+    else:
+        assert found.sigma[3] == pytest.approx(0.3 / max(1.0 - 2.0 * pieces / samples, 0.5) ** 0.5)
+        assert found.independent[3] == 0.25
+        assert (found.weights[3] == weights).all()
 
 
 def test_a_constant_has_no_level() -> None:

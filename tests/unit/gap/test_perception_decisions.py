@@ -278,7 +278,7 @@ def test_everything_is_put_together_with_students_intervals() -> None:
 
 @pytest.mark.parametrize(
     ("gained", "alone", "rate", "rivals"),
-    [(1.9, 0.0, 0.1, True), (2.1, 0.0, 0.1, False), (2.9, 1.0, 0.1, True), (3.1, 1.0, 0.1, False),
+    [(1.9, 0.0, 0.1, True), (2.0, 0.0, 0.1, False), (2.9, 1.0, 0.1, True), (3.1, 1.0, 0.1, False),
      (0.0, 0.0, 0.1, False), (1.9, 0.0, 0.0, False)],
 )  # fmt: skip
 def test_a_range_that_brings_little_more_than_misses_has_them_as_a_rival(

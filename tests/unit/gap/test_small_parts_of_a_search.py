@@ -415,7 +415,11 @@ def test_points_of_a_grid_at_which_a_form_moves_nothing_are_passed_over(monkeypa
     made = {1.0: None, 2.0: np.array([[2.0], [0.0], [0.0], [0.0], [0.0]]), 3.0: np.full((5, 1), 1.0)}
     monkeypatch.setattr(_Joint, "columns", lambda self, name, p: made[p])
     assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0, 2.0)
-    made[2.0] = None
+    made[1.0] = np.array([[2.0], [0.0], [0.0], [0.0], [0.5]])  # leaves 0.25, more than the next point
+    assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0, 2.0)
+    made[1.0], made[2.0] = made[2.0], made[1.0]
+    assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0, 1.0)
+    made[1.0] = made[2.0] = None
     assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) == (4.0 - 5.0, 3.0)
     made[3.0] = None
     assert joint._gain("a", rest, np.zeros((5, 0)), 4.0) is None
