@@ -92,10 +92,10 @@ def _rounded(points: Sequence[Point], acceleration: float, limits: Limits) -> li
         return None
     first = lines[0]
     jerk = up if first.acceleration >= acceleration else -down
-    pieces = [Piece(first.time, first.speed, acceleration, jerk)]
+    turning = Piece(first.time, first.speed, acceleration, jerk)
     start = first.time + (first.acceleration - acceleration) / jerk
-    now = Piece(start, pieces[0].at(start), first.acceleration)
-    pieces.append(now)
+    now = Piece(start, turning.at(start), first.acceleration)
+    pieces = [turning, now]
     for line in lines[1:]:
         turn = line.acceleration - now.acceleration
         if abs(turn) < SAME:

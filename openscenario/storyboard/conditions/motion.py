@@ -64,7 +64,7 @@ def acceleration(element: model.AccelerationCondition, entity: Entity, scope: Sc
 
 def _lateral(entity: Entity, board: Board) -> Callable[[], float]:
     """Acceleration [m/s^2] to the left of an entity, from how its velocity changes; 0 at the first evaluation."""
-    before, vx, vy = math.inf, 0.0, 0.0
+    before, vx, vy = math.inf, entity.vx, entity.vy
 
     def now() -> float:
         nonlocal before, vx, vy
