@@ -34,7 +34,10 @@ def around(*entities: Any, **more: Any) -> Any:
 # --- conditions
 
 
-@pytest.mark.parametrize(("apart", "rule", "holds"), [(0.0, "lessThan", True), (3.0, "lessThan", False)])
+@pytest.mark.parametrize(
+    ("apart", "rule", "holds"),
+    [(0.0, "lessThan", True), (3.0, "lessThan", False), (2.9, "lessThan", True), (-0.1, "lessThan", False)],
+)
 def test_who_is_beside_the_other_has_no_headway_at_all(apart: float, rule: str, holds: bool) -> None:
     """At the very place it is not behind; three seconds are not less than three."""
     a, b = car("A"), car("B")
@@ -382,6 +385,44 @@ def test_nobody_drives_back_to_be_in_time_and_a_standing_master_changes_nothing(
     tolerant = arriving(25.0, 10.0, speed=4.0, tolerance=5.0)
     tolerant._go_on(0.1)
     assert tolerant._entity.speed == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("final", "top", "speed"),
+    [(None, 50.0, None), (model.AbsoluteSpeed(value=7.0), 50.0, 7.0), (model.AbsoluteSpeed(value=70.0), 50.0, 50.0),
+     (model.AbsoluteSpeed(value=-70.0), 50.0, -50.0), ("delta", 50.0, 5.5), ("factor", 50.0, 6.0)],
+)  # fmt: skip
+def test_a_final_speed_is_given_or_relative_to_the_master_and_within_what_one_can(
+    final: Any, top: float, speed: float | None
+) -> None:
+    """The master drives 4 m/s: 1.5 more, or 1.5 times as fast."""
+    action = arriving(10.0, 10.0, speed=1.0)
+    action._master.speed, action._entity.max_speed = 4.0, top
+    relative = isinstance(final, str)
+    action._final = SimpleNamespace(value=1.5, speed_target_value_type=final) if relative else final
+    assert action._final_speed() == speed
+
+
+@pytest.mark.parametrize(
+    ("state", "final", "steady"),
+    [(None, 5.0, (0.0, 0.0)), (model.TargetDistanceSteadyState(distance=20.0), 5.0, (20.0, 4.0)),
+     (model.TargetTimeSteadyState(time=3.0), 5.0, (15.0, 3.0)),
+     (model.TargetTimeSteadyState(time=3.0), 0.0, (0.0, 0.0))],
+)  # fmt: skip
+def test_a_steady_state_is_a_way_or_a_time_at_the_final_speed(
+    state: Any, final: float, steady: tuple[float, float]
+) -> None:
+    action = arriving(10.0, 10.0, speed=1.0)
+    action._final = SimpleNamespace(steady_state=state)
+    assert action._steady(final) == steady
+
+
+@pytest.mark.parametrize(("steps", "final", "stands"), [(0, True, True), (1, True, False), (0, False, False)])
+def test_before_the_first_step_who_has_a_final_speed_stands(steps: int, final: bool, stands: bool) -> None:
+    action = arriving(10.0, 10.0, speed=3.0)
+    action._board, action._final = SimpleNamespace(steps=steps), SimpleNamespace() if final else None
+    assert not action.start()
+    assert (action._entity.speed, action._phase) == ((0.0, "stopped") if stands else (3.0, "new"))
 
 
 @pytest.mark.parametrize(

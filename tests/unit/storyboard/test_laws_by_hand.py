@@ -137,6 +137,25 @@ def test_a_distance_is_drawn_in_by_a_critically_damped_spring(
     assert entity.speed - speed == pytest.approx(0.5 * change)
 
 
+@pytest.mark.parametrize(("apart", "side"), [(-0.5, -1.0), (0.0, 1.0), (0.5, 1.0), (None, 1.0)])
+def test_on_any_side_it_keeps_the_side_where_it_is(
+    monkeypatch: pytest.MonkeyPatch, apart: float | None, side: float
+) -> None:
+    action, _ = keeper(monkeypatch, apart, limits=(8.0, 2.0, 4.0), displacement="any", distance=6.0)  # type: ignore[arg-type]
+    assert not action.start()
+    assert action._to_go() == (0.0 if apart is None else apart - side * 6.0)
+
+
+@pytest.mark.parametrize(
+    ("distance", "gap", "other", "wanted"), [(6.0, None, 10.0, 6.0), (None, 2.0, -10.0, 20.0), (None, None, 10.0, 0.0)]
+)
+def test_a_distance_may_be_a_time_at_the_speed_of_the_other(
+    monkeypatch: pytest.MonkeyPatch, distance: float | None, gap: float | None, other: float, wanted: float
+) -> None:
+    action, _ = keeper(monkeypatch, 50.0, limits=(8.0, 2.0, 4.0), distance=distance, time_gap=gap, other=other)
+    assert action._to_go() == 50.0 - wanted
+
+
 def test_who_is_too_fast_at_first_brakes_within_its_limits_and_nobody_goes_beyond_the_greatest_speed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

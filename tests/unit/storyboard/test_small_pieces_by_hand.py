@@ -18,7 +18,7 @@ from openscenario.storyboard.distances import _along_axis
 from openscenario.storyboard.geo import projection
 from openscenario.storyboard.ground import BESIDE, Ground
 from openscenario.storyboard.motion import move
-from openscenario.storyboard.places import Place
+from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.selections import selections
 from openscenario.storyboard.trailers import couple, draw
 from openscenario.storyboard.trajectories import course
@@ -144,6 +144,25 @@ def test_up_to_a_quarter_turn_one_faces_along_the_lane(
     assert road.track(body)
     assert (body.sense, body.tracked) == (sense, True)
     assert body.twist == pytest.approx(twist)
+
+
+@pytest.mark.parametrize(("sense", "sign"), [(1.0, 1), (-1.0, 1), (1.0, -1), (-1.0, -1)])
+def test_a_way_along_a_lane_is_one_with_its_traffic_or_against_it(sense: float, sign: int) -> None:
+    """The network counts a way with the traffic; along a lane it goes where the entity faces, along a road with s."""
+    asked: list[Any] = []
+
+    def advance(here: RoadPosition, way: float, aside: float, route: Any, *, on_reference: bool) -> RoadPosition:
+        asked.append((here.s, here.offset, way, aside, route, on_reference))
+        return RoadPosition("9", 2, 33.0, 0.0, 0.7, 0.0, True)
+
+    road, body = Ground(None), car()
+    road.network = SimpleNamespace(driving_sign=lambda road, lane, s: sign, advance=advance)  # type: ignore[assignment]
+    body.road, body.lane, body.s, body.offset, body.sense = "1", -1, 20.0, 0.3, sense
+    assert road.along_lane(body, 5.0, ("r",)) == ("9", 2, 33.0, 0.3)  # type: ignore[arg-type]
+    assert road.along_road(body, -4.0, ()) == ("9", 2, 33.0, 0.3)
+    assert asked == [(20.0, 0.3, sign * sense * 5.0, 0.0, ("r",), False), (20.0, 0.3, sign * -4.0, 0.0, (), True)]
+    road.network.driving_sign = lambda road, lane, s: sign if road == "1" else -1  # type: ignore[method-assign,union-attr]
+    assert road.sense_at(body, RoadPoint("8", 1, 0.0, 0.0)) == -sense * sign
 
 
 # --- who stands, and what is drawn

@@ -165,6 +165,8 @@ def test_who_is_there_when_it_takes_its_foot_off_does_just_that() -> None:
     assert pieces == [Piece(1.0, 10.0, 2.0, -1.0), Piece(3.0, 12.0), Piece(7.0, 12.0)]
     pieces = reach(Piece(1.0, 10.0, -2.0), 9.0, 0.5, JERKS)
     assert pieces == [Piece(1.0, 10.0, -2.0, 2.0), Piece(2.0, 9.0), Piece(2.0, 9.0)]
+    pieces = reach(Piece(1.0, 10.0, -0.5), 9.9375, 0.5, JERKS)  # 0.5 m/s^2 taken back with 2 m/s^3: 0.25 s
+    assert pieces == [Piece(1.0, 10.0, -0.5, 2.0), Piece(1.25, 9.9375), Piece(1.5, 9.9375)]
     assert reach(Piece(1.0, 10.0), 10.0, 2.0, JERKS) == [Piece(1.0, 10.0), Piece(3.0, 10.0)]
 
 
@@ -191,6 +193,16 @@ def test_the_largest_speed_may_lie_within_a_piece() -> None:
     assert _top([Piece(0.0, -4.0, -2.0, 1.0), Piece(4.0, -4.0)]) == pytest.approx(6.0)
     assert _top([Piece(0.0, 4.0, 2.0, -1.0), Piece(1.0, 5.5)]) == pytest.approx(5.5)
     assert _top([Piece(0.0, 9.0, -2.0), Piece(1.0, 7.0), Piece(2.0, 7.0)]) == pytest.approx(7.0)
+
+
+def test_two_lines_are_rounded_where_they_meet_and_one_alone_is_not() -> None:
+    """2 m/s^2 and none after it: the line's own acceleration is kept, which a change by itself would exceed."""
+    pieces = profile((0.0, 0.0), (4.0, 8.0), (8.0, 8.0))
+    assert [piece.acceleration for piece in pieces[1:]] == pytest.approx([2.0, 2.0, 0.0])
+    assert [piece.jerk for piece in pieces[2:]] == pytest.approx([-3.0, 0.0])
+    assert pieces[-1].speed == pytest.approx(8.0)
+    alone = profile((0.0, 0.0), (4.0, 8.0))
+    assert max(piece.acceleration for piece in alone) > 2.1
 
 
 def test_a_corner_is_the_parabola_that_touches_both_lines() -> None:
