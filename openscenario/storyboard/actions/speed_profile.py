@@ -40,7 +40,6 @@ class SpeedProfile:
         self._other = entity_called(element.entity_ref, board) if element.entity_ref else None
         self._pieces: list[Piece] = []
         self._times: list[float] = []
-        self._clock = 0.0
 
     def _limits(self) -> Limits:
         """Those of the action have precedence over the vehicle's (class SpeedProfileAction); in esmini's reading they

@@ -11,8 +11,9 @@ import pytest
 
 from openscenario import model
 from openscenario.road.positions import RoadPosition
-from openscenario.storyboard import drivers, ground
+from openscenario.storyboard import crowd, drivers, ground
 from openscenario.storyboard.actions.speed import Speed
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.build import _family
 from openscenario.storyboard.distances import _along_axis
 from openscenario.storyboard.geo import projection
@@ -21,7 +22,7 @@ from openscenario.storyboard.motion import move
 from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.selections import selections
 from openscenario.storyboard.trailers import couple, draw
-from openscenario.storyboard.trajectories import course
+from openscenario.storyboard.trajectories import _between, course
 from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import typed
 
@@ -165,6 +166,86 @@ def test_a_way_along_a_lane_is_one_with_its_traffic_or_against_it(sense: float, 
     assert road.sense_at(body, RoadPoint("8", 1, 0.0, 0.0)) == -sense * sign
 
 
+def test_who_is_moved_from_outside_has_the_velocity_of_its_speed_and_no_place_on_a_road_yet() -> None:
+    body = car()
+    body.tracked = True
+    Ground(None).place(body, 1.0, 2.0, 3.0, 0.5 + math.tau, 4.0)
+    assert (body.x, body.y, body.z, body.h) == pytest.approx((1.0, 2.0, 3.0, 0.5))
+    assert (body.speed, body.vx, body.vy) == pytest.approx((4.0, 4.0 * math.cos(0.5), 4.0 * math.sin(0.5)))
+    assert not body.tracked
+
+
+@pytest.mark.parametrize("road", [None, RoadPoint("7", 2, 30.0, 0.4)])
+def test_a_place_that_names_a_road_keeps_it(road: RoadPoint | None) -> None:
+    ground, body = on_a_slope(0.0)
+    body.end_of_road = True
+    ground.set_place(body, Place(1.0, 2.0, 3.0, 0.5, 0.1, 0.2, road=road))
+    assert (body.x, body.y, body.z, body.h, body.pitch, body.roll) == (1.0, 2.0, 3.0, 0.5, 0.1, 0.2)
+    assert (body.end_of_road, body.tracked) == (False, road is not None)
+    if road is not None:
+        assert (body.road, body.lane, body.s, body.offset) == road
+
+
+class OneSpot(crowd.Crowd):
+    """A crowd with one spot, at the origin."""
+
+    spots = SimpleNamespace(points=[RoadPoint("1", -1, 0.0, 0.0)], x=[0.0], y=[0.0])  # type: ignore[assignment]
+
+
+@pytest.mark.parametrize(
+    ("lane", "apart", "speed", "active", "free"),
+    [(-1, 20.9, 5.0, True, False), (-1, 21.1, 5.0, True, True), (-1, 0.0, 5.0, False, True), (1, 0.0, 5.0, True, True)],
+)  # fmt: skip
+def test_a_spot_is_free_if_all_that_are_there_are_far_enough(
+    lane: int, apart: float, speed: float, active: bool, free: bool
+) -> None:
+    """Of 4 m length, the middle 1 m ahead: 6 m between reference points, and 2 m and 1.5 s at 8.67 m/s in the lane.
+    Whoever is beside it on the same road does not matter, and one that is gone is no reason to stop looking."""
+    gone, there, new = car("G"), car("T"), car("N")
+    gone.active = False
+    for body in (gone, there):
+        body.road, body.lane = "1", -1
+    there.lane, there.active, there.x, there.speed = lane, active, apart, -speed
+    found: Any = object.__new__(OneSpot)
+    found.board = SimpleNamespace(entities={"G": gone, "T": there}, ground=SimpleNamespace(track=lambda entity: True))
+    wished = (15.0 - crowd.STANDSTILL) / crowd.HEADWAY
+    assert found._free(0, new, wished) is free
+
+
+class Beginning(FollowTrajectory):
+    """On a line whose first heading is given against its direction."""
+
+    def __init__(self, turned: float, *, explicit: bool, properties: Any = None, speed: float = 5.0) -> None:
+        self.line = SimpleNamespace(explicit=explicit, h=[0.4 + turned], tangent=lambda s: 0.4, length=10.0)
+        self._entity = car(entity=None)
+        self._entity.properties, self._entity.speed = properties or {}, speed
+        self._element: Any = SimpleNamespace(time_reference=None)
+        self._cut, self.domains = 2.0, ("lateral",)
+
+    def _begin(self) -> Any:
+        return self.line
+
+    def _go(self, along: Any) -> None:
+        self._entity.x += 0.5
+
+
+@pytest.mark.parametrize(
+    ("turned", "explicit", "ignored", "speed", "reverse"),
+    [(0.3, True, False, 5.0, False), (math.pi, True, False, 5.0, True), (2.0, True, False, -5.0, True),
+     (math.pi, True, True, 5.0, False), (math.pi, False, False, 5.0, False), (0.0, False, False, -5.0, True),
+     (0.0, True, False, -5.0, False), (0.0, False, False, 0.0, False)],
+)  # fmt: skip
+def test_who_is_told_to_look_back_or_drives_back_follows_a_line_rear_first(
+    turned: float, explicit: bool, ignored: bool, speed: float, reverse: bool
+) -> None:
+    told = {"ignoreHeadingForTrajMotion": "true"} if ignored else {}
+    action = Beginning(turned, explicit=explicit, properties=told, speed=speed)
+    assert not action.start()
+    assert (action._reverse, action._s) == (reverse, 2.0)
+    action.line.length = 0.0
+    assert action.start()
+
+
 # --- who stands, and what is drawn
 
 
@@ -228,6 +309,13 @@ def test_a_distance_along_an_axis_is_the_part_of_the_way_that_runs_along_it(dire
     a.put(1.0, 2.0, 0.0, 0.0)
     b.put(1.0 + 3.0 * c - 4.0 * s, 2.0 + 3.0 * s + 4.0 * c, 0.0, 0.0)
     assert _along_axis(a, b, False, lambda: direction)() == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("u", "value"), [(-1.0, 2.0), (0.0, 2.0), (0.25, 3.0), (1.0, 9.0), (2.0, 9.0), (0.999999, 6.0)]
+)
+def test_where_two_places_are_one_the_later_value_counts(u: float, value: float) -> None:
+    assert _between([0.0, 1.0, 1.0], [2.0, 6.0, 9.0], u) == pytest.approx(value, rel=1e-5)
 
 
 def nurbs(points: list[tuple[float, float, float]], knots: tuple[float, ...]) -> Any:

@@ -170,6 +170,15 @@ def test_who_is_there_when_it_takes_its_foot_off_does_just_that() -> None:
     assert reach(Piece(1.0, 10.0), 10.0, 2.0, JERKS) == [Piece(1.0, 10.0), Piece(3.0, 10.0)]
 
 
+def test_who_accelerates_too_much_holds_less_for_as_long_as_its_time_is() -> None:
+    """2 m/s^2 taken back with 1 m/s^3 bring 2 m/s in 2 s. For 0.5 m/s more in half a second more it holds 1 m/s^2."""
+    pieces = reach(Piece(1.0, 10.0, 2.0), 12.5, 2.5, JERKS)
+    assert [(p.time, p.speed, p.acceleration, p.jerk) for p in pieces] == [
+        pytest.approx(one)
+        for one in ((1.0, 10.0, 2.0, -1.0), (2.0, 11.5, 1.0, 0.0), (2.5, 12.0, 1.0, -1.0), (3.5, 12.5, 0.0, 0.0))
+    ]
+
+
 def test_a_change_as_soon_as_the_limits_allow() -> None:
     """Jerks 2 and 1: a peak a takes a / 2 + a s and brings (1/4 + 1/2) a^2; for 3 m/s that is a = 2 m/s^2 in 3 s."""
     pieces = reach(Piece(0.0, 10.0), 13.0, 0.0, JERKS)
