@@ -136,6 +136,8 @@ def test_a_law_takes_a_fifth_of_the_error_on_both_sides(after: tuple[float, floa
     law = asked((3.0, 3.0), after, (9.0, 9.0))
     assert (law.verdict != "NO_LAW") is enough
     assert enough or "a law takes away 20% of both" in law.reasons[0]
+    reason = asked((3.0, 3.0), (2.7, 2.5), (9.0, 9.0)).reasons[0]
+    assert "it takes away 15% of the error fitted and 25% of the one held out" in reason
 
 
 @pytest.mark.parametrize(("left", "judged", "proven"), [(1.061, 1.061, True), (1.063, 1.0, False), (1.0, 1.063, False)])
@@ -368,6 +370,10 @@ def test_forms_that_do_the_same_are_told_apart_from_those_that_do_nearly_as_well
     rivals = [one(1.009, "drag", "a+"), one(1.009, "drag", "a-"), one(1.011, "drag", "ax"),
               one(1.0, "yaw_moment", "|ay|"), one(1.0, "accel", "r"), one(1.0, "drag", "v")]  # fmt: skip
     assert _Discovery._other_forms(stub, now, rivals) == (("a+",), ("a-", "|ay|"))
+    first = Term(AT["steer"], Form(("d",)))  # of laws with the same first term the last ones are compared
+    does[2] = rng.normal(size=320)
+    both = [a_fit(rival.left, 1.0, first, *rival.terms) for rival in (now, *rivals)]
+    assert _Discovery._other_forms(stub, both[0], both[1:]) == (("a+",), ("a-", "|ay|"))
     much = one(4.0, "drag", "v")
     assert _Discovery._other_forms(stub, much, [one(4.039, "drag", "a+"), one(4.041, "drag", "ax")]) == (("a+",), ())
 

@@ -10,7 +10,7 @@ import pytest
 from results_logs import log_of, times
 
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics import detection_error, tracking
+from pytest_dvp.metrics import compute, detection_error, tracking
 from pytest_dvp.metrics.path_distance import STRIDE, _line
 
 
@@ -70,3 +70,14 @@ def test_missed_time_is_that_of_the_rows_of_each_road_user(monkeypatch: pytest.M
     monkeypatch.setattr(detection_error, "objects_ahead", lambda *given: [])
     with pytest.raises(Undefined, match="no road user"):
         detection_error.missed_objects(log)
+
+
+@pytest.mark.parametrize(("turn", "far"), [(0.5 * np.pi, 3.0), (-0.5 * np.pi, 3.0), (0.0, 1.0), (np.pi, 1.0)])
+def test_the_corner_that_is_farthest_from_the_line_counts(turn: float, far: float) -> None:
+    """4 m by 2 m, the middle 1 m ahead: across the line its front is 3 m away from it, its rear 1 m."""
+    ego = {"length": 4.0, "width": 2.0, "height": 1.5, "center_x": 1.0}
+    line = np.array([[-50.0, 0.0], [50.0, 0.0]])
+    log = log_of(columns={"yaw": turn}, meta={"ego": ego}, reference=line)
+    found = compute("lane_time_outside", log, width=3.5)
+    assert found.extra["farthest"] == pytest.approx(far - 1.75)
+    assert (found.value > 0.0) is (far > 1.75)

@@ -183,7 +183,7 @@ LASTING: tuple[Remembered, ...] = (
      {"heat": 10.0 * LEFT + 4.0 * (1.0 - LEFT)}),  # 3 to 1 m/s are 4 J/kg
     ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "vx": 1.0}, {"heat": 10.0}, {"accel": -2.0},
      {"heat": 10.0 * LEFT + 0.5 * (1.0 - LEFT)}),  # it stops within the step
-    ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "accel": 4.0}, {"heat": 10.0}, {"accel": 4.0, "accel_lead": 0.4},
+    ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "accel": 0.5}, {"heat": 10.0}, {"accel": 0.5, "accel_lead": 0.4},
      {"heat": 10.0 * LEFT}),
     ("brake_fade", {"k": 0.0, "tau": 1.0}, BRAKED, {"heat": 10.0}, {"accel": -4.0}, {"heat": 10.0}),
     ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "settle": 1.0}, {"heat": 10.0}, {"accel": -4.0}, {"heat": 10.0}),
