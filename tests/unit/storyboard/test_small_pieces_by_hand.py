@@ -22,7 +22,7 @@ from openscenario.storyboard.motion import move
 from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.selections import selections
 from openscenario.storyboard.trailers import couple, draw
-from openscenario.storyboard.trajectories import _between, course
+from openscenario.storyboard.trajectories import Course, _between, course
 from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import typed
 
@@ -316,6 +316,13 @@ def test_a_distance_along_an_axis_is_the_part_of_the_way_that_runs_along_it(dire
 )
 def test_where_two_places_are_one_the_later_value_counts(u: float, value: float) -> None:
     assert _between([0.0, 1.0, 1.0], [2.0, 6.0, 9.0], u) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "s"), [(0.125, 0.4, 0.125), (0.375, -0.2, 0.375), (0.9, 0.0, 0.5), (-1.0, 3.0, 0.0)]
+)
+def test_the_nearest_place_may_lie_within_a_piece_shorter_than_a_metre(x: float, y: float, s: float) -> None:
+    assert Course([(0.0, 0.0, 0.0, 0.0), (0.25, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0)]).nearest(x, y) == pytest.approx(s)
 
 
 def nurbs(points: list[tuple[float, float, float]], knots: tuple[float, ...]) -> Any:
