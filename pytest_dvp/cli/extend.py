@@ -161,6 +161,8 @@ def _check(arguments: argparse.Namespace) -> None:
                "--from": arguments.diagnosis, "--twin": arguments.twin}  # fmt: skip
     if arguments.grow and (also := [option for option, given in against.items() if given]):
         raise WrongArgument(f"dvp extend: --grow fits all logs and finds what to add itself; leave out {also[0]}")
+    if arguments.grow and len(arguments.fit) < 2:
+        raise WrongArgument("dvp extend: --grow asks what several logs show together: name two at least after --fit")
     both = set(arguments.add) & set(arguments.remove)
     if both:
         raise WrongArgument(f"dvp extend: {min(both)} is both to be added and to be removed")

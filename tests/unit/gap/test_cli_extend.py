@@ -352,6 +352,14 @@ def test_wrong_argument_is_one_line_and_exit_code_2(
     assert not (here / "new.toml").exists()
 
 
+def test_growing_on_one_log_is_refused_in_one_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert extend("--grow", "--fit", "one.csv", add="") == 2
+    assert capsys.readouterr().err == (
+        "dvp extend: --grow asks what several logs show together: name two at least after --fit\n"
+    )
+    assert not (here / "new.toml").exists()
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"effects": 3}', '{"effects": [{}]}', "\x00", '{"effects": []}'])
 def test_file_that_is_no_diagnosis_is_one_line(here: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "found.json").write_text(text)
