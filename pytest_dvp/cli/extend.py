@@ -4,6 +4,9 @@ Without --add, the effects that `dvp diagnose` confirms on the logs are added; p
 it confirms none for the model (NOTHING_MISSING, UNKNOWN, NOT_EXCITED, only provisional effects, or only effects of the
 run), the question is answered: the new file is an unchanged copy of the model, and the exit code is 0. Nothing is
 written, and the exit code is 1, if a requested effect explains nothing or loses on held-out data.
+
+With --grow, a model that has been judged learns from all logs together: its effects are fitted again, and what these
+logs show together is added. None of them can judge it then.
 """
 
 from __future__ import annotations
@@ -124,7 +127,10 @@ def execute(arguments: argparse.Namespace) -> int:
             start = found.values
         own, fitted_on = tuple(extra.values()), [provenance(text) for text in arguments.fit]
         if arguments.grow:
-            extension = grow(logs, model, effects=own, fitted_on=fitted_on, tick=tick)
+            parts = select_parts(arguments.fit, logs, model)
+            if parts.said:
+                print(f"dvp extend: --grow {parts.said}", file=sys.stderr)
+            extension = grow(parts.logs, model, effects=own, fitted_on=fitted_on, tick=tick)
         else:
             extension = extend(
                 logs, model, add=wanted.add, remove=wanted.remove, refit=arguments.refit, held_out=held_out,
@@ -157,10 +163,12 @@ def _check(arguments: argparse.Namespace) -> None:
         existing(arguments.diagnosis, "diagnosis")
         if arguments.add or arguments.remove:
             raise WrongArgument("dvp extend: --from names the effects itself; leave out --add and --remove")
-    against = {"--held-out": arguments.held_out, "--add": arguments.add, "--remove": arguments.remove,
-               "--from": arguments.diagnosis, "--twin": arguments.twin}  # fmt: skip
+    against = {"--add": arguments.add, "--remove": arguments.remove, "--from": arguments.diagnosis,
+               "--twin": arguments.twin, "--refit": arguments.refit}  # fmt: skip
+    if arguments.grow and arguments.held_out:
+        raise WrongArgument("dvp extend: --grow fits all logs: name those of --held-out after --fit")
     if arguments.grow and (also := [option for option, given in against.items() if given]):
-        raise WrongArgument(f"dvp extend: --grow fits all logs and finds what to add itself; leave out {also[0]}")
+        raise WrongArgument(f"dvp extend: --grow fits all effects and finds what to add itself: leave out {also[0]}")
     if arguments.grow and len(arguments.fit) < 2:
         raise WrongArgument("dvp extend: --grow asks what several logs show together: name two at least after --fit")
     both = set(arguments.add) & set(arguments.remove)

@@ -55,13 +55,13 @@ def with_values(model: VehicleModel, values: Values, added: Sequence[Effect] = (
 def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Sequence[Fold]) -> VehicleModel:
     """The model with what it does not explain of the logs fitted on and of those held out: how much, for how long, and
     how well the car's own sensors agree. The larger remainder of the two is told; if none is held out, the largest of
-    the logs."""
+    each log and of all together, which know regimes that none has for long."""
     fitted = [(e, final.values) for e in search.target.experiments]
     apart = [
         (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
         for e in fold.judge.experiments
     ]  # fmt: skip
-    groups = (fitted, apart) if apart else [[one] for one in fitted]
+    groups = [fitted, apart] if apart else [*([one] for one in fitted), fitted]
     remainder = measured_remainder([[e.left(values) for e, values in group] for group in groups])
     parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
     shape = RemainderShape()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -34,6 +34,14 @@ def input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[s
             wanted.append("full_brake")
     keys = [k for k in INPUT_KEYS if k.name in wanted]
     return tuple(Coordinate("inputs", k) for k in keys), {("inputs", k.name): getattr(inputs, k.name) for k in keys}
+
+
+def free_scales(
+    model: VehicleModel, effects: Sequence[Effect]
+) -> tuple[tuple[Coordinate, ...], dict[tuple[str, str], float]]:
+    """What `input_map` says, without the scales that one of the effects repeats."""
+    nuisance, start = input_map(model)
+    return tuple(c for c in nuisance if not any(repeats(effect, [c]) for effect in effects)), start
 
 
 def implausible_scales(values: Mapping[str, float]) -> list[str]:

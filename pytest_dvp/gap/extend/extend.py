@@ -15,7 +15,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, with_remainder
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.held_out import folds, step
-from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
+from pytest_dvp.gap.diagnose.input_scales import free_scales, input_map
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -24,6 +24,7 @@ from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.extend.fitted_model import assumed, edges, fitted_model, values_of
 from pytest_dvp.gap.extend.ladder import ladder_of, shares
 from pytest_dvp.gap.extend.perception import judge_perception
+from pytest_dvp.gap.extend.settled_fit import settled_fit
 from pytest_dvp.gap.extend.twin_remainder import beside_remainder, with_shape
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
 from pytest_dvp.logs.log import Log
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import AppliedEffect, VehicleModel
 
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
-_ROUNDS = 5  # of fitting and of beginning the segments anew
-_ENOUGH = 2e-4  # of chi^2/N: a round that gains less is the last
 
 ONCE_MORE = "~ once more, where what is left lasts"
 WHY_ONCE_MORE = (
@@ -238,8 +237,7 @@ def _present(model: VehicleModel, name: str) -> AppliedEffect:
 def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
     """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
     those that an effect repeats."""
-    nuisance, start = input_map(model)
-    free = [] if not tried else [c for c in nuisance if not any(repeats(one.effect, [c]) for one in tried)]
+    free, start = free_scales(model, [one.effect for one in tried]) if tried else ((), input_map(model)[1])
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
     return Search(target, tried, nuisance=free, start=start, fixed=off)
 
@@ -258,10 +256,4 @@ def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence
         trials = [search.trial((*now.names, candidate.name), now.values | point) for point in best]
         now = min(trials, key=lambda t: t.chi2)
         search.target.settle(now.values)
-    for _ in range(_ROUNDS):  # where the segments begin depends on the values, and the values on where they begin
-        before = now.chi2
-        now = search.trial(now.names, now.values, zoom=True)
-        search.target.settle(now.values)
-        if before - now.chi2 < _ENOUGH * search.count:
-            break
-    return search.trial(now.names, now.values, zoom=True)
+    return settled_fit(search, now)

@@ -339,7 +339,8 @@ def test_own_input_is_overwritten_only_by_force(here: Path) -> None:
         (["--fit", "one.csv", "--gates", "none.toml"], "none.toml: no such gate file"),
         (["--fit", "one.csv", "--from", "car.toml"], "leave out --add"),
         (["--fit", "one.csv", "--refti"], "did you mean --refit"),
-        (["--fit", "one.csv", "--grow"], "--grow fits all logs and finds what to add itself; leave out --add"),
+        (["--fit", "one.csv", "--grow"], "--grow fits all effects and finds what to add itself: leave out --add"),
+        (["--fit", "one.csv", "--held-out", "two.csv", "--grow"], "name those of --held-out after --fit"),
     ],
 )
 def test_wrong_argument_is_one_line_and_exit_code_2(

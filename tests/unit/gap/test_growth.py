@@ -12,7 +12,7 @@ import pytest
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.extend import growth
 from pytest_dvp.gap.extend.extension import Extension
-from pytest_dvp.gap.extend.growth import ALL_SHOW, LOSES, contradicts, grow, grown
+from pytest_dvp.gap.extend.growth import ALL_SHOW, LOSES, NO_JUDGE, NONE_SHOWN, contradicts, grow, grown
 from pytest_dvp.logs.log import Log
 from tests.truth.generate import make_log
 from vehicle.model.model_file import parse_model
@@ -51,12 +51,30 @@ def test_each_rung_says_what_was_done_and_the_error_falls(found: Extension) -> N
 def test_no_held_out_error_is_claimed_and_each_new_effect_says_that_nothing_judged_it(found: Extension) -> None:
     assert all(rung.step.held_out_chi2_per_n is None for rung in found.ladder)
     assert all(e.standing == "provisional" and e.doubts == (ALL_SHOW,) for e in found.effects)
-    assert [note for note in found.notes if note.endswith(ALL_SHOW)] == [f"{e.name}: {ALL_SHOW}" for e in found.effects]
+    assert found.notes == (f"drive_lag: {ALL_SHOW}", NO_JUDGE)
 
 
 def test_provenance_is_of_all_logs_and_the_old_remainder_is_measured_anew(found: Extension) -> None:
     assert {a.fitted_on for a in found.model.effects} == {("1.csv", "2.csv")}
     assert found.model.remainder.get("v", {}).get("cruise", 0.0) < 0.1  # the file said 0.5
+
+
+def test_a_pedal_scale_that_an_effect_of_the_model_repeats_is_not_fitted_beside_it_and_nothing_found_is_said() -> None:
+    logs = {}
+    for k in (1, 2):
+        columns = make_log({"drive_gain": {"g": 0.8}, "brake_gain": {"g": 0.8}}, "urban", k)
+        wanted = columns.pop("accel_cmd")
+        columns |= {"throttle_cmd": np.maximum(wanted, 0.0) / 4.0, "brake_cmd": np.maximum(-wanted, 0.0) / 8.0}
+        logs[f"{k}.csv"] = Log(columns)
+    gain = '[[effect]]\nname = "{}"\n[effect.parameters.g]\nvalue = 0.9\n'
+    inputs = '[inputs]\nlongitudinal = "throttle_cmd + brake_cmd"\nfull_throttle = 4.0\nfull_brake = 8.0\n'
+    twin = parse_model(inputs + CAR + gain.format("drive_gain") + gain.format("brake_gain"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(growth, "with_shape", lambda twin, *more: twin)
+        grown_twin = grow(logs, twin)
+    assert set(grown_twin.refitted) == {("drive_gain", "g"), ("brake_gain", "g")}
+    assert [e.value for e in grown_twin.refitted.values()] == pytest.approx([0.8, 0.8], rel=0.03)
+    assert grown_twin.notes == (NONE_SHOWN, NO_JUDGE)
 
 
 def two_logs(monkeypatch: pytest.MonkeyPatch, left: dict[str, tuple[float, float]]) -> Any:
@@ -108,6 +126,6 @@ def test_the_next_best_effect_comes_where_logs_contradict_each_other_and_what_th
     search: Any = SimpleNamespace(
         target=target, count=100, paying=paying, trial=lambda names, values, like=None: a_trial(*names)
     )
-    trials = list(grown(search, {}, ["kept"], lambda text: None))
-    assert [trial.names for trial in trials] == [("kept",), ("kept", "agreed")]
+    monkeypatch.setattr(growth, "settled_fit", lambda search, now: now)
+    assert grown(search, {}, ["kept"], lambda text: None).names == ("kept", "agreed")
     assert asked == [(), (), ("other",)]

@@ -64,13 +64,16 @@ def test_a_remainder_is_measured_on_the_drives_fitted_on_and_on_those_apart(
         assert set(asked) == {"remainder"}
 
 
-def test_where_no_drive_is_apart_each_fitted_one_is_a_group_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_drives_apart_each_fitted_one_is_a_group_and_all_together(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     asked: list[Any] = []
     monkeypatch.setattr(module, "measured_remainder", lambda groups: asked.append([list(g) for g in groups]) or {})
     search: Any = SimpleNamespace(target=SimpleNamespace(experiments=[a_drive("a"), a_drive("b")]))
     parts: Any = [SimpleNamespace(fitted="half", judge=SimpleNamespace(experiments=[a_drive("d")]))]
     with_remainder(MODEL, search, SimpleNamespace(values="fitted"), parts)  # type: ignore[arg-type]
-    assert asked == [[[("a", "left", "fitted")], [("b", "left", "fitted")]]]
+    one, other = ("a", "left", "fitted"), ("b", "left", "fitted")
+    assert asked == [[[one], [other], [one, other]]]
 
 
 def test_circles_need_ground_to_drive_round_about_and_no_other_manoeuvre_does() -> None:
