@@ -35,6 +35,7 @@ _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or ea
 _COURSE = 0.2  # s to either side, over which the direction of motion is taken
 _SLIP = 0.3  # rad between where a car points and where it goes, that no wheel on the road allows
 _FAST = 3.0  # m/s, below which an antenna off the axle can do the same
+_FOREMOST = 1.3  # wheelbases ahead of the rear axle, at most, is an antenna: the front bumper of a lorry or a car
 _FIT = 0.15  # s around a start from which its state is taken
 
 
@@ -284,15 +285,24 @@ def _interior(t: FloatArray, stands: BoolArray) -> BoolArray:
 
 def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: BoolArray) -> BoolArray:
     """True where the car spins or slides: it turns faster than any steering could make it, or goes where it does not
-    point (`posed` (n,): position and heading are measured)."""
+    point (`posed` (n,): position and heading are measured). In a turn an antenna ahead of the rear axle goes farther
+    into the turn than the car points: that is no slide, whose course is farther out."""
     v, rate = whole[:, 3], whole[:, 4]
     ahead, behind = _around(t)
     dx, dy = whole[ahead, 0] - whole[behind, 0], whole[ahead, 1] - whole[behind, 1]
-    slip = np.arctan2(dy, dx) - whole[:, 2]
-    slip = np.abs(slip - 2.0 * np.pi * np.rint(slip / (2.0 * np.pi)))
     goes = np.hypot(dx, dy) / np.maximum(t[ahead] - t[behind], 1e-9)
-    sideways = (np.minimum(slip, np.pi - slip) > _SLIP) & (goes > _FAST) & (np.abs(v) > _FAST) & posed
+    slip = _folded(np.arctan2(dy, dx) - whole[:, 2], 2.0 * np.pi)
+    backwards = np.abs(slip) > 0.5 * np.pi
+    aside = np.where(backwards, -_folded(slip, np.pi), slip)
+    leads = np.arctan2(np.abs(rate) * _FOREMOST * wheelbase, np.maximum(np.abs(v), 1e-9))
+    allowed = _SLIP + np.where(aside * rate > 0.0, leads, 0.0)
+    sideways = (np.abs(aside) > allowed) & (goes > _FAST) & (np.abs(v) > _FAST) & posed
     return np.asarray((np.abs(rate) > np.abs(v) / wheelbase * 1.2 + 0.5) | sideways)
+
+
+def _folded(angle: FloatArray, turn: float) -> FloatArray:
+    """Angles [rad] less whole turns of `turn` [rad]: within half of it to either side."""
+    return np.asarray(angle - turn * np.rint(angle / turn))
 
 
 def _over_ground(t: FloatArray, whole: FloatArray) -> FloatArray:

@@ -28,7 +28,11 @@ FINE_STEP = 0.002  # s
 JUMP = 5.0  # standard deviations of the accelerometer's noise
 KEPT = 32e6  # bytes of motions that are kept for who asks again, 90 of a log of 110 s at 50 Hz: a tenth of all is
 # asked for again, five times in six within the next 64
-_AX = CHANNELS.index("ax")
+_YAW_RATE, _AX, _AY = (CHANNELS.index(name) for name in ("yaw_rate", "ax", "ay"))
+_SETTLES = 0.2  # s after a start in which what is shown of a turn may still be of the start; on two cars ay was 5 to 20
+# times as far off in its second half as later, and after it as far
+_QUIET = 0.1  # rad/s^2 of the yaw rate at a start, up to which there is nothing to settle; chosen: the gyros of these
+# cars show 0.02 where nothing turns
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
 """(effect, key) -> value, over those of the model."""
@@ -77,6 +81,7 @@ class Experiment:
         self.channels, _ = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
+        self.measured = _without_settling(self.measured, log.t, self.segments.starts)
         rough = self._residuals(output)
         white = noise_floor(log.t, self.measured, self.channels, rough.values)
         coloured = whitening(log.t, self.measured, white)
@@ -281,6 +286,19 @@ class ExperimentSet:
 def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
     return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+
+
+def _without_settling(measured: FloatArray, t: FloatArray, starts: IntArray) -> FloatArray:
+    """Without yaw rate and ay for as long as they settle after a start amid a change of the turn: of steering and tyres
+    no start knows what they were doing, and ay ahead of the axle shows each jump of the yaw rate."""
+    rate = measured[:, _YAW_RATE]
+    found = measured.copy()
+    for row in starts[1:]:
+        near = (np.abs(t - t[row]) <= _SETTLES) & np.isfinite(rate)
+        if near.sum() > 2 and np.ptp(t[near]) > 0.0 and abs(np.polyfit(t[near] - t[row], rate[near], 1)[0]) > _QUIET:
+            settling = (t >= t[row]) & (t < t[row] + _SETTLES)
+            found[np.ix_(settling, (_YAW_RATE, _AY))] = np.nan
+    return found
 
 
 def _without_jumps(measured: FloatArray, command: FloatArray | None, sigma: float) -> FloatArray:

@@ -11,7 +11,7 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, _without_settling, experiment_set
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
@@ -166,3 +166,18 @@ def test_a_motion_asked_for_again_is_kept_until_the_segments_begin_elsewhere() -
     e.segments = before
     assert np.array_equal(e.motion(WEAK), first, equal_nan=True)
     assert len(asked) == 4
+
+
+@pytest.mark.parametrize(("change", "settles"), [(0.05, False), (0.15, True), (-0.15, True)])
+def test_a_turn_does_not_count_just_after_a_start_amid_its_change(change: float, settles: bool) -> None:
+    """change: rad/s^2 of the yaw rate; the first start is the log's own."""
+    t = np.arange(0.0, 10.0, 0.02)
+    measured = np.ones((len(t), 8))
+    measured[:, 4] = change * t
+    found = _without_settling(measured, t, np.array([0, 250]))
+    gone = np.isnan(found)
+    assert gone.sum() == (2 * 10 if settles else 0)  # 0.2 s of two channels
+    assert not gone[:, [0, 1, 2, 3, 5, 7]].any()
+    if settles:
+        assert set(np.flatnonzero(gone[:, 4])) == set(np.flatnonzero(gone[:, 6])) == set(range(250, 260))
+    assert np.isfinite(measured).all()  # the log itself is left as it is

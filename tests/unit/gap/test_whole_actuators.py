@@ -23,7 +23,7 @@ def steers(truth: dict[tuple[str, str], float], *more: str) -> Search:
     steps = np.random.default_rng(3).uniform(-0.25, 0.25, 30)
     commands = {"accel_cmd": np.where(t % 8.0 < 4.0, 1.0, -1.0), "steer_cmd": steps[(t // 2.0).astype(int)]}
     rows = Replay(MODEL, t, commands).run(truth)
-    rng = np.random.default_rng(5)
+    rng = np.random.default_rng(6)
     measured = {name: rows[:, k] + sigma * rng.normal(size=len(t)) for k, (name, sigma) in enumerate(NOISE.items())}
     target = experiment_set({"log": Log({"t": t, **commands, **measured})}, MODEL)
     names = [*(name for name, _ in STEERING), *more]
