@@ -15,9 +15,10 @@ import pytest
 from plain_effects import Applied, bus
 
 from vehicle.model.bus import GRAVITY
+from vehicle.model.effects.cornering_drag import cornering_drag
 from vehicle.model.effects.drive_lag import drive_lag
 from vehicle.model.effects.gyro_bias import gyro_bias
-from vehicle.model.kernel import ACCELERATION, DYNAMIC, IMPOSED, KINEMATIC, PEDALS, SPEED
+from vehicle.model.kernel import ACCELERATION, COMMAND_COLUMNS, DYNAMIC, IMPOSED, KINEMATIC, PEDALS, SPEED
 
 L, A, B, M, INERTIA = 2.8, 1.2, 1.6, 1600.0, 2500.0
 CF, CR = 60e3, 80e3
@@ -404,3 +405,38 @@ def test_a_wanted_acceleration_is_a_force_of_the_reference_mass(
     plain("_act")(x, KINEMATIC, ACCELERATION, [x], None, None, None, None)
     assert (x.traction, x.brake, x.grade, x.bank, x.drag, x.lean_y) == (traction, brake, 0.02, 0.03, 0.0, 0.0)
     assert x.curvature == pytest.approx(math.tan(0.1) / L)
+
+
+@pytest.mark.parametrize(
+    ("kind", "speed", "curvature"),
+    [
+        (DYNAMIC, 10.0, 0.03),
+        (DYNAMIC, 2.5, 0.12),
+        (DYNAMIC, 2.0, math.tan(0.1) / L),
+        (KINEMATIC, 10.0, math.tan(0.1) / L),
+    ],
+)
+def test_forces_see_the_curve_that_is_driven_and_that_of_the_wheels_where_there_are_no_tyres(
+    plain: Plain, kind: int, speed: float, curvature: float
+) -> None:
+    """Tyres count fully from 2 m/s on. The drag of a curve is c m v^2 k; it turns by 0.3 rad/s, steered 0.1 rad."""
+    x = bus(vx=speed, yaw_rate=0.3, steer_cmd=0.1, steer_scale=1.0)
+    plain("_act", Applied(cornering_drag, c=0.05))(x, kind, ACCELERATION, [x], None, None, None, None)
+    assert x.resistance == pytest.approx(0.05 * M * speed**2 * curvature)
+    assert x.curvature == pytest.approx(math.tan(0.1) / L)
+
+
+def test_instruments_without_errors_write_what_the_car_does(plain: Plain) -> None:
+    x = bus(**MOTION, ax=0.7, ay=-0.6, steer=0.2, t=3.0, z=0.9)
+    plain("_show")(x)
+    true, shown = np.full(12, NAN), np.full(12, NAN)
+    plain("_write")(true, x, False)
+    plain("_write")(shown, x, True)
+    assert true.tolist() == shown.tolist() == [3.0, 1.0, 2.0, 0.9, 0.3, 4.0, 4.0, 0.2, 0.5, 0.7, -0.6, 0.2]
+
+
+def test_each_column_of_commands_is_what_its_name_says(plain: Plain) -> None:
+    x, given = bus(vx=5.0), 0.1 * np.arange(1.0, 7.0)
+    plain("run")([x], KINEMATIC, IMPOSED, None, None, None, None, given[None], 1, 1, False, np.zeros((1, 12)))
+    assert [getattr(x, name) for name in COMMAND_COLUMNS] == given.tolist()
+    assert x.vx == given[COMMAND_COLUMNS.index("v_cmd")]

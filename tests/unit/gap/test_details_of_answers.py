@@ -110,3 +110,14 @@ def test_the_level_is_that_of_the_regimes_a_sample_is_in_and_what_whitens_the_no
     less = lasting({"v": {"standstill": 0.5}}, {}, independent=0.25)._levels
     assert less[50, k] == pytest.approx(0.25)
     assert less[300, k] == 0.0
+
+
+def test_where_the_file_does_not_say_what_wanders_dead_reckoning_changes_nothing() -> None:
+    """Whether a heading is measured or not: positions and heading stay as they are."""
+    t = 0.02 * np.arange(400)
+    measured = np.full((400, 8), np.nan)
+    measured[:, 2], measured[:, 3], measured[:, 4] = 0.3, 8.0, 0.0
+    found = LastingRemainder(Log({"t": t, "v": measured[:, 3]}), measured, {}, RemainderShape(), np.ones(8),
+                             White(1.0), t == 0.0)  # type: ignore[arg-type] # fmt: skip
+    rest = np.cumsum(np.ones((400, 8)), axis=0)
+    assert found.freed(rest, reckoned=True).tolist() == found.freed(rest).tolist() == rest.ravel().tolist()

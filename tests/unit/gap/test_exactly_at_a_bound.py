@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.removal import _removed, price, removed_effect
-from pytest_dvp.gap.diagnose.search import Search, SearchResult
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import usual_set
 from tests.unit.gap.linear_world import DRIVE, SEGMENTS, World, a_search, a_trial
@@ -162,6 +162,34 @@ def test_from_twenty_times_the_noise_on_eight_effects_are_a_full_set(
     monkeypatch.setattr(search, "_scan", lambda now, few, needed=0.0: asked.append(list(few)) or [])
     search.paying(a_trial(chi2, *eight), barred=eight)
     assert asked[0] == (["rolling_resistance"] if plain else [])
+
+
+@pytest.mark.parametrize(("chi2", "plain"), [(49_999.0, True), (50_000.0, False)])
+def test_far_from_a_model_given_that_left_a_million_a_twentieth_of_that_is_the_bound(
+    chi2: float, plain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More than twenty times the noise, which is 20,000 here."""
+    eight = ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset", "gyro_bias", "aero_drag", "brake_limit")
+    search = a_plain_search(*eight, "rolling_resistance", v=9.0)
+    search._given = 1e6
+    asked: list[list[str]] = []
+    monkeypatch.setattr(search, "_scan", lambda now, few, needed=0.0: asked.append(list(few)) or [])
+    search.paying(a_trial(chi2, *eight), barred=eight)
+    assert asked[0] == (["rolling_resistance"] if plain else [])
+
+
+@pytest.mark.parametrize(("names", "chi2", "needed"), [((), 4000.0, 0.0), (("mass",), 4000.0, 4000.0 * PRACTICAL),
+                                                       (("mass",), 900.0, 1000.0 * PRACTICAL)])  # fmt: skip
+def test_beside_no_effect_all_are_ranked_and_later_those_that_may_pay(
+    names: tuple[str, ...], chi2: float, needed: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An effect is worth a share of what is left, and of the noise of 1,000 samples where less is left."""
+    search = a_plain_search(*names, "drive_gain", v=9.0)
+    asked: list[float] = []
+    monkeypatch.setattr(search, "within_noise", lambda trial: False)
+    monkeypatch.setattr(search, "_scan", lambda now, few, needed: asked.append(needed) or [])
+    search.paying(a_trial(chi2, *names), barred=names)
+    assert asked[0] == needed
 
 
 @pytest.mark.parametrize(("known", "fitted"), [(0, 6), (5, 6), (6, 3), (7, 3)])

@@ -37,3 +37,10 @@ def test_a_heading_that_aligns_itself_while_the_car_sets_off_is_one() -> None:
 )
 def test_what_every_segment_has_is_none(rate: FloatArray, why: str) -> None:
     assert not faults(YAW, rate).any(), why
+
+
+@pytest.mark.parametrize(("late", "told"), [(-1.2, []), (-0.4, [0]), (0.0, [0]), (0.4, [0]), (1.2, [])])
+def test_a_yaw_rate_is_half_a_second_early_or_late_at_most(late: float, told: list[int]) -> None:
+    """By 1.2 s it is no late one: each segment is off by 0.4 rad then, and a radian is no more than ten times that."""
+    aligned = YAW - np.clip(0.5 * (4.0 - T), 0.0, 1.0)
+    assert np.flatnonzero(faults(aligned, 0.3 * np.sin(0.7 * (T - late)))).tolist() == told

@@ -126,6 +126,14 @@ def test_the_seconds_that_are_shown_are_those_in_which_most_was_taken_away() -> 
     assert close["after"].tolist() == [59.0, 69.0, 79.0, 89.0]
 
 
+def test_however_little_was_taken_away_it_is_shown_before_what_stayed() -> None:
+    """In the second segment five times (0.36 - 0.35) / 0.25, a fifth of a sample's noise; in the first all is left."""
+    one = drawn({V: [3.0] * 5 + [0.6] * 5}, {V: [3.0] * 5 + [math.sqrt(0.35)] * 5}, channels=("v",))
+    close = _close([one], ["v"])
+    assert close is not None
+    assert close["t"].tolist() == [6.0, 7.0, 8.0, 9.0]
+
+
 def test_of_several_logs_the_one_with_most_is_shown_for_eight_seconds_at_most() -> None:
     less = drawn({V: [1.0] * 10}, name="a.csv")
     more = drawn({V: [2.0] * 10}, name="b.csv", held=True, starts=(0,))

@@ -152,6 +152,12 @@ def test_a_remainder_is_what_is_left_beyond_the_noise_in_three_digits(
     assert measured_remainder([[left(math.sqrt(square))]]) == told
 
 
+@pytest.mark.parametrize(("noise", "told"), [(0.5, 2.96), (1.0, 2.83), (2.0, 2.24), (2.5, 1.66)])
+def test_the_square_of_the_noise_is_taken_off(noise: float, told: float, halves: None) -> None:
+    """sqrt(9 - 0.25), sqrt(9 - 1), sqrt(9 - 4) and sqrt(9 - 6.25)."""
+    assert measured_remainder([[left(3.0, noise=noise)]])["v"]["braking"] == told
+
+
 @pytest.mark.parametrize(("rows", "told"), [(398, ["braking"]), (400, ["braking", "turn_in"])])
 def test_a_regime_needs_a_hundred_samples(rows: int, told: list[str], halves: None) -> None:
     """The last quarter of 398 rows are 99."""

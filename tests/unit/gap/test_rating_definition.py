@@ -39,6 +39,15 @@ def test_a_signal_that_does_not_vary_has_no_shift() -> None:
     assert _shift(np.sin(np.arange(50.0)), np.full(50, 3.0)) == 0
 
 
+@pytest.mark.parametrize(("size", "late"), [(1.0, 3), (1e-5, 3), (1e-7, 0)])
+def test_what_varies_by_a_millionth_of_the_other_does_not_vary(size: float, late: int) -> None:
+    """Squares count, from 1e-12 of the larger sum on: beside it the rest is rounding, whichever of the two is small."""
+    curve = size * np.sin(2.0 * np.pi * (np.arange(200) - 3.0) / 20.0)
+    wave = np.sin(2.0 * np.pi * np.arange(200) / 20.0)
+    assert _shift(wave, curve) == late
+    assert _shift(curve, wave) == -late
+
+
 def test_of_equally_good_shifts_the_least_counts() -> None:
     wave = np.sin(2.0 * np.pi * np.arange(200) / 20.0)  # repeats each 20 samples; 40 are searched
     assert _shift(wave, wave) == 0

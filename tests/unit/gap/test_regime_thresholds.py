@@ -180,3 +180,11 @@ def test_a_ribbon_has_each_run_from_its_first_row_to_the_row_after_its_last() ->
     assert ribbon(masks, ("b", "a"), paused) == [("a", 0.0, 2.0), ("b", 2.0, 2.0), ("b", 31.0, 32.0), ("a", 32.0, 33.0)]
     at_its_end = np.where(t < 4.0, t, t + 28.0)  # b ends where the log pauses, and not where it goes on
     assert ribbon(masks, ("b",), at_its_end) == [("b", 2.0, 3.0)]
+
+
+@pytest.mark.parametrize(("pause", "runs"), [(1.25, [("a", 0.0, 2.75)]), (1.5, [("a", 0.0, 0.5), ("a", 2.0, 3.0)])])
+def test_a_log_pauses_where_a_step_is_more_than_five_usual_ones(
+    pause: float, runs: list[tuple[str, float, float]]
+) -> None:
+    t = np.concatenate([[0.0, 0.25, 0.5], 0.5 + pause + 0.25 * np.arange(5)])
+    assert ribbon({"a": np.ones(8, dtype=bool)}, ("a",), t) == runs

@@ -10,6 +10,7 @@ import pytest
 
 from pytest_dvp.gap.compare.smoothed_motion import Motion, bridged, mean_around
 from pytest_dvp.gap.compare.time_alignment import _without_slow, coverage, grid, on_grid
+from pytest_dvp.gap.diagnose import residual_regression
 from pytest_dvp.gap.diagnose.linear_algebra import broyden_update, gram, orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.regression_signals import (
     Signals,
@@ -27,7 +28,7 @@ from pytest_dvp.gap.diagnose.residual_recurrence import (
     in_same_direction,
     over_time,
 )
-from pytest_dvp.gap.diagnose.residual_regression import TermSums, _add, _gain, _rows, _solved
+from pytest_dvp.gap.diagnose.residual_regression import TermSums, _add, _gain, _rows, _solved, term_sums
 from pytest_dvp.gap.diagnose.residual_spectrum import _peak, _vertex, peaks
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -358,7 +359,7 @@ def sums(columns: FloatArray, y: FloatArray, folds: int, places: tuple[slice, ..
 
 def test_terms_explain_what_least_squares_says_of_the_excess() -> None:
     columns = RNG.normal(size=(100, 3))
-    columns[:7, 0] = 0.0
+    columns[:7, 0], columns[7:14, 0] = 0.0, 1.0
     y = columns @ np.array([2.0, -1.0, 0.5]) + 0.3 * RNG.normal(size=100)
     found = sums(columns, y, 5, (slice(0, 2), slice(2, 3)))
     excess = float(y @ y) - 25.0
@@ -405,3 +406,22 @@ def test_a_term_shows_at_once_in_one_channel_and_summed_up_in_another(axis: Any,
     assert x2[:, 0] == pytest.approx(np.cumsum(acts * np.array([0.1] * 5 + [0.0])) / (summed + 1.0))
     e.channels = ("ay",)
     assert list(_rows(axis, e, rest, m, phi)) == []  # type: ignore[arg-type]
+
+
+def test_where_a_start_is_free_only_what_changes_within_a_segment_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A level of its own in each segment explains nothing and costs nothing: sums are those about the segment's means,
+    of the residual and of the terms."""
+    starts, ends = np.array([0, 12, 30]), np.array([12, 30, 40])
+    x, y = RNG.normal(size=(40, 2)), RNG.normal(size=40)
+    y[3] = np.nan
+    e: Any = SimpleNamespace(segments=SimpleNamespace(starts=starts, ends=ends))
+    terms: Any = [SimpleNamespace(columns=x)]
+    for free in (True, False):
+        monkeypatch.setattr(residual_regression, "_rows", lambda *given, free=free: [(y, x, free)])
+        found = term_sums("lateral", SimpleNamespace(experiments=[e]), [x], [None], [terms])  # type: ignore[arg-type,list-item]
+        for k, (first, end) in enumerate(zip(starts, ends, strict=True)):
+            own = [i for i in range(first, end) if i != 3]
+            xx, yy = x[own] - free * x[own].mean(axis=0), y[own] - free * y[own].mean()
+            assert found.a[k] == pytest.approx(xx.T @ xx)
+            assert found.b[k] == pytest.approx(xx.T @ yy)
+            assert (found.chi2[k], found.count[k]) == (pytest.approx(yy @ yy), len(own))

@@ -305,6 +305,10 @@ def test_what_is_measured_is_not_replaced() -> None:
     whole = filled(t, measured)
     assert (whole[:, 3] == 1.0).all()
     assert whole[20:40, 4] == pytest.approx(0.3)
+    measured[:, 3], measured[:, 4] = np.nan, 0.5  # the speed follows from the path, the yaw rate is there
+    whole = filled(t, measured)
+    assert (whole[:, 4] == 0.5).all()
+    assert whole[20:40, 3] == pytest.approx(9.0 * np.cos(0.3 * t[20:40]), rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -375,3 +379,12 @@ def test_where_the_model_has_no_value_nothing_is_compared() -> None:
     assert np.flatnonzero(np.isnan(found.values[:, 3])).tolist() == list(range(40, 50))
     assert np.isfinite(found.values[:, 0]).all()
     assert found.total == pytest.approx(0.0, abs=1e-12)
+
+
+def test_an_output_is_placed_by_its_first_pose_even_if_it_has_no_speed_there() -> None:
+    output = np.zeros((4, 8))
+    output[:, 0] = np.arange(4.0)
+    output[:2, 3:] = np.nan
+    states = np.array([[5.0, 6.0, 0.0, 0.0, 0.0, 0.0]])
+    found = posed(output, pieces(4, [0], states))
+    assert found[:, :3].tolist() == [[5.0 + k, 6.0, 0.0] for k in range(4)]

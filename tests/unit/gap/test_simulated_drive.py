@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -53,6 +54,15 @@ def test_each_limit_is_told_just_beyond_it(sign: float) -> None:
                         (-4.02, ("deceleration 4.02, at most 4 m/s^2",))):  # fmt: skip
         motion[:, 3] = 5.0 + slope * (t - 1.0)
         assert violations(t, motion, np.zeros(100), ENVELOPE, BIG, CAR) == told
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.4, -0.4])
+def test_who_brakes_less_than_a_low_limit_violates_nothing(slope: float) -> None:
+    low = dataclasses.replace(ENVELOPE, max_acceleration=0.5, max_deceleration=0.5)
+    t, motion, steer = drive_of(5.0)
+    motion[:, 3] += slope * t
+    assert violations(t, motion, steer, low, BIG, CAR) == ()
+    assert violations(t[:3], motion[:3], steer[:3], low, BIG, CAR) == ()  # too short for an acceleration
 
 
 def test_an_acceleration_is_that_over_a_tenth_of_a_second() -> None:

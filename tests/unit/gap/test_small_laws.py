@@ -45,6 +45,8 @@ def test_means_and_slopes_over_a_window_have_the_noise_of_their_samples() -> Non
     assert s.noise["dv"] == pytest.approx(0.03 * sqrt(2.0) / 0.2)
     assert s.noise["dyaw"] == pytest.approx(0.002 * sqrt(2.0) / 0.2)
     assert s.noise["ay"] == pytest.approx(sqrt(0.1**2 + (5.0 * 0.01) ** 2) / sqrt(10.0))
+    _judged(s, {"ay": zeros}, {"ay": 0.1})  # no gyroscope: its noise does not come in
+    assert s.noise["ay"] == pytest.approx(0.1 / sqrt(10.0))
 
 
 def test_an_error_of_position_is_drawn_along_and_across_the_cars_heading() -> None:

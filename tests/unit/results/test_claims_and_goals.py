@@ -70,9 +70,10 @@ def test_a_single_point_is_no_reference_line(points: int) -> None:
 
 def test_an_error_of_position_counts_by_a_covariance_that_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """e' P^-1 e of (1, 2) m: with P = diag(4, 1) it is 1/4 + 4, with (2, 1; 1, 2) it is (2 - 4 + 8)/3. The others are
-    no covariances: correlated by more than 1 (also with a small second variance), or without a first variance."""
-    table = SimpleNamespace(cov_xx=np.array([4.0, 2.0, 1.0, 0.0, -1.0]), cov_xy=np.array([0.0, 1.0, 0.2, 0.0, 0.0]),
-                            cov_yy=np.array([1.0, 2.0, 0.01, 1.0, -1.0]))  # fmt: skip
+    no covariances: correlated by more than 1 (also with a small second variance), without a first variance,
+    or with negative ones, whose determinant is positive again."""
+    table = SimpleNamespace(cov_xx=np.array([4.0, 2.0, 1.0, 0.0, -0.5]), cov_xy=np.array([0.0, 1.0, 0.2, 0.0, 0.0]),
+                            cov_yy=np.array([1.0, 2.0, 0.01, 1.0, -0.5]))  # fmt: skip
     rows: Any = SimpleNamespace(row=np.arange(5))
     monkeypatch.setattr(tracking, "seen_of", lambda *given: (rows, np.arange(5)))
     monkeypatch.setattr(tracking, "offset_of", lambda log, m, seen: (np.ones(len(seen)), np.full(len(seen), 2.0)))

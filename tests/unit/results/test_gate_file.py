@@ -247,3 +247,11 @@ def test_no_text_raises_anything_but_findings(data: bytes, tmp_path_factory: pyt
 def test_gate_files_that_ship_are_valid(scenarios_dir: Path) -> None:
     files = sorted(scenarios_dir.glob("*.gates.toml"))
     assert [finding for file in files for finding in check_gates(file)] == []
+
+
+@pytest.mark.parametrize(("length", "told"), [(199, 199), (200, 200), (201, 200), (400, 200)])
+def test_of_a_model_that_is_not_there_200_characters_are_told(length: int, told: int, file: Path) -> None:
+    name = ("long/" * 100)[: length - 5] + ".toml"
+    for bounds in ("rmse = { v = 0.3 }", "metric = 'open_loop_error'\nsignal = 'v'\nmax = 0.3"):
+        (finding,) = check_gates(write(file, gate(f"model = '{name}'\n{bounds}")))
+        assert (finding.code, finding.line, finding.found) == ("dvp.gates.model", 2, name[:told])

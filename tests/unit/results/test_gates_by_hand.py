@@ -93,6 +93,14 @@ def test_a_verdict_in_its_words() -> None:
     assert (found.reason, found.requirement, found.clean, found.line) == ("", "R1", False, 7)
 
 
+@pytest.mark.parametrize(("value", "margin"), [(1.996, "0.004"), (2.0, "0.00"), (1.5, "0.50"), (2.5, "-0.50")])
+def test_a_margin_has_the_decimals_that_tell_it_from_none(value: float, margin: str) -> None:
+    found = judging._verdict(
+        Gate("max_jerk", max=2.0), "PASS", MetricValue("max_jerk", value, "m", None, "", True, "", None, {}, ""), ""
+    )
+    assert found.message.endswith(f", margin {margin} m, default gate")
+
+
 def test_a_verdict_without_a_value_tells_why() -> None:
     found = judging._verdict(Gate("max_jerk", min=1.0, max=2.0), "INCONCLUSIVE", None, "no\nlog")
     assert found.gate == "max_jerk >= 1.00 and <= 2.00"

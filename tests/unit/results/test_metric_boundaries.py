@@ -136,6 +136,15 @@ def test_boxes_touch_where_a_corner_meets_an_edge(angle: float) -> None:
                 assert time_to_collision(*pair)[0] == pytest.approx(max(off, 0.0), abs=1e-9)
 
 
+@pytest.mark.parametrize(("x", "y"), [(4.0, 0.0), (-4.0, 0.0), (0.0, 2.0), (0.0, -2.0), (4.0, 2.0), (-4.0, -2.0)])
+def test_boxes_that_touch_are_in_contact_even_if_nobody_moves(x: float, y: float) -> None:
+    """Two of 4 m by 2 m along the axes: no rounding. A millimetre apart they never meet."""
+    still = box(0.0, 0.0, 0.0, 4.0, 2.0)
+    for share, time in ((1.0, 0.0), (1.0005, math.inf)):
+        other = box(share * x, share * y, 0.0, 4.0, 2.0)
+        assert time_to_collision(still, other)[0] == time_to_collision(other, still)[0] == time
+
+
 def test_boxes_beside_a_corner_meet_only_if_they_come_that_way() -> None:
     still, far = box(0.0, 0.0, 0.0, 4.0, 2.0), box(12.0, 11.0, 0.0, 4.0, 2.0)
     for vx, vy, time in ((-1.0, -1.0, 9.0), (-8.0, -9.0, 1.0), (-1.0, -0.5, math.inf), (1.0, 1.0, math.inf)):

@@ -278,3 +278,10 @@ def test_a_bound_of_clean_drives_applies_to_drives_with_the_same_parameters_alon
     assert not applies(gate, log_of(meta=like))
     assert not applies(gate, log_of(columns={"ads.sigma": 0.1}, meta=like | {"S": {"noise": 2.0}}))
     assert applies(Gate("max_jerk", max=3.0), log_of())
+
+
+@pytest.mark.parametrize("table", [{}, {"max": {}}, {"max": 3.0}, {"max": {"max_jerk": 3.0}, "min": 2.0}, {"min": [1]}])
+def test_clean_drives_need_a_table_with_a_bound_and_nothing_else(table: dict[str, Any]) -> None:
+    gates, found = clean(TEXT, table)
+    assert gates == []
+    assert found == [("clean", 4, "clean", "[clean] needs [clean.max] or [clean.min] with bounds by metric")]

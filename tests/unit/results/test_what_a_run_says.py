@@ -268,3 +268,9 @@ def test_unknown_entities_are_told_with_the_number_of_their_gate(tmp_path: Path)
 )
 def test_a_cell_of_the_table_of_stages(cell: Cell, text: str) -> None:
     assert cell.text == text
+
+
+def test_verdicts_of_one_reason_stand_where_the_first_of_them_was() -> None:
+    dark = [verdict(name, "INCONCLUSIVE", reason="dark") for name in ("m0", "m1")]
+    found = gathered([dark[0], verdict("b", "FAIL"), dark[1], verdict("c")])
+    assert [v["short"] for v in found] == ["m0, m1 INCONCLUSIVE: dark", "b short", "c short"]

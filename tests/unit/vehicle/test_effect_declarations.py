@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 
 import numpy as np
@@ -58,3 +59,10 @@ def test_effects_tried_for_a_value_that_is_not_plausible_come_in_the_order_of_th
     places = [dict(catalogue()[name].diagnosed.hides_in)["EGO_moi"] for name in tried]
     assert len(tried) > 1
     assert places == sorted(places)
+
+
+def test_what_must_be_driven_is_said_with_its_bound() -> None:
+    asked = {drive for e in EFFECTS for drive in (*e.shown_by.drives, *e.shown_by.usual)}
+    assert asked
+    for fact, bound, text in asked:
+        assert [float(number) for number in re.findall(r"(?<!\^)\b\d+(?:\.\d+)?", text)] == [bound], (fact, text)

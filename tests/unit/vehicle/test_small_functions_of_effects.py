@@ -224,3 +224,9 @@ def test_false_objects_are_people_near_the_ego() -> None:
     assert {shown.length[new].max(), shown.width[new].min()} == {0.6}
     assert (np.diff(shown.t) >= 0.0).all()
     assert len(seen("detection_false", objects(*rows).rows(np.zeros(0, dtype=np.int64)), rate=200.0).t) == 0
+
+
+def test_false_objects_appear_at_each_stamp_alike() -> None:
+    """Of 10,000 at two stamps half are at each; 5 standard deviations are 0.025."""
+    shown = seen("detection_false", objects({"t": 0.0}, {"t": 10.0}), rate=1000.0)
+    assert (shown.t[shown.object == -1] == 0.0).mean() == pytest.approx(0.5, abs=0.025)
