@@ -12,8 +12,8 @@ HEAD = """# Cars of another make
 
 `python -m benchmarks.foreign_cars` writes this page. Three cars are built in MuJoCo of bodies, springs and joints, with
 tyres, actuators and a driver of their own; they share nothing with the kernel. From its data sheet alone each car is
-diagnosed on one drive, another one being held out (*bare*), and its twin is extended by all that is named and learns from
-both drives together (`dvp extend --grow`, since caa68c83). Then the car
+diagnosed on one drive, another one being held out (*bare*), and its twin is extended by all that is named and learns
+from both drives together (`dvp extend --grow`, since caa68c83). Then the car
 drives again, with nothing new (*null*) or with one hidden effect (*single*), and the diagnosis starts from that twin,
 whose file tells its known remainder. An effect counts as detectable if a signal differs by 3 sigma in 25 rows. A van,
 made after the rule stood, is asked bare only.
