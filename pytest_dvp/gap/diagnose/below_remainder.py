@@ -17,7 +17,7 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted, remeasured, with_values
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted, remeasured, values_of, with_values
 from pytest_dvp.gap.diagnose.fitted_values import estimates
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.rivals import RIVAL_SHARE
@@ -135,7 +135,7 @@ def _both_show(
     another lag.
     """
     confused = _often_confused(twin, candidate)
-    of_twin = {(a.name, key): value for a in twin.effects for key, value in a.values.items()}
+    of_twin = values_of(twin)
     names = [other.name for other in confused]
     base = search.trial(names, {c.name: of_twin[c.name] for other in confused for c in other.coordinates})
     trial = search.trial((*names, candidate.name), {**base.values, **point})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pytest_dvp.gap.diagnose.candidates import candidates_of
@@ -37,6 +38,12 @@ class Drives(NamedTuple):
             for _ in range(2):  # where the segments begin depends on what came before them
                 data.settle({})
         return found[0], found[1]
+
+
+def values_of(model: VehicleModel) -> dict[tuple[str, str], float]:
+    """What the model's effects are set to, where a fit can begin: (effect, key) -> value, without limits that are
+    infinite."""
+    return {(a.name, key): value for a in model.effects for key, value in a.values.items() if isfinite(value)}
 
 
 def with_values(model: VehicleModel, values: Values, added: Sequence[Effect] = ()) -> VehicleModel:
@@ -94,7 +101,7 @@ def refitted(twin: VehicleModel, names: Collection[str], drives: Drives) -> Refi
     target, judge = drives.lasting(twin)
     tried = candidates_of(twin, names)
     search = Search(target, tried)
-    of_twin = {(a.name, key): value for a in twin.effects for key, value in a.values.items()}
+    of_twin = values_of(twin)
     begin = {c.name: of_twin[c.name] for candidate in tried for c in candidate.coordinates}
     found = search.trial(list(search.tried), begin)
     target.settle(found.values)

@@ -12,7 +12,7 @@ from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, confused
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
-from pytest_dvp.gap.diagnose.fitted_twin import Drives, with_remainder
+from pytest_dvp.gap.diagnose.fitted_twin import Drives, values_of, with_remainder
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.held_out import folds, step
 from pytest_dvp.gap.diagnose.input_scales import free_scales, input_map
@@ -21,7 +21,8 @@ from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend.acceptance import Acceptance, judge_addition, judge_removal, worse_together
 from pytest_dvp.gap.extend.extension import Extension, Rung
-from pytest_dvp.gap.extend.fitted_model import assumed, edges, fitted_model, values_of
+from pytest_dvp.gap.extend.fit_notes import assumed, edges
+from pytest_dvp.gap.extend.fitted_model import fitted_model
 from pytest_dvp.gap.extend.ladder import ladder_of, shares
 from pytest_dvp.gap.extend.perception import judge_perception
 from pytest_dvp.gap.extend.settled_fit import settled_fit

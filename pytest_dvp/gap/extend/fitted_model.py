@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
-from math import isfinite
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
@@ -14,14 +13,6 @@ from pytest_dvp.gap.diagnose.trial import Trial
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
-
-
-def values_of(model: VehicleModel) -> dict[tuple[str, str], float]:
-    """What the model's effects are set to, where a fit can begin."""
-    return {
-        (a.name, key.name): a.values[key.name] for a in model.effects for key in a.effect.parameters
-        if isfinite(a.values[key.name])
-    }  # fmt: skip
 
 
 def fitted_model(
@@ -49,19 +40,3 @@ def fitted_model(
                 fitted_on,
             )
     return dataclasses.replace(model, effects=tuple(present.values()))
-
-
-def edges(final: Trial) -> Iterator[str]:
-    """A line for each value that stands where its search ends."""
-    for c in final.fit.coordinates:
-        if c.is_at_limit(final.values[c.name]):
-            value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
-            yield f"{value} stands where the search ends: no estimate; something else may be missing"
-
-
-def assumed(final: Trial, model: VehicleModel) -> Iterator[str]:
-    """A line for each number of the car itself that a fit has changed."""
-    given = model.car.values()
-    for (effect, key), value in final.values.items():
-        if effect == "parameters" and abs(value - given[key]) > 1e-9:
-            yield f"[parameters] {key} is {rounded(value):g} in the new model instead of {given[key]:g}: fits better"

@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING
 from pytest_dvp.gap.diagnose.candidates import candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
-from pytest_dvp.gap.diagnose.fitted_twin import with_remainder
+from pytest_dvp.gap.diagnose.fitted_twin import values_of, with_remainder
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.input_scales import free_scales, repeats
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search, Tick
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend.extension import Extension
-from pytest_dvp.gap.extend.fitted_model import assumed, edges, fitted_model, values_of
+from pytest_dvp.gap.extend.fit_notes import assumed, edges
+from pytest_dvp.gap.extend.fitted_model import fitted_model
 from pytest_dvp.gap.extend.ladder import ladder_of, shares
 from pytest_dvp.gap.extend.settled_fit import settled_fit
 from pytest_dvp.gap.extend.twin_remainder import with_shape
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
-LOSES = 1.0 / 3.0  # of what some logs gain by an effect, that others may lose; chosen: of eleven effects of three twins
-# of strangers' cars, found without this bound, one lost 60 % and the others up to 12
+LOSES = 1.0 / 3.0  # of what some logs gain by an effect, that others may lose; chosen: of ten effects of three twins of
+# strangers' cars, found without this bound, one lost 60 % and the others up to 12
 MOST = 99  # effects of a twin, no bound to their number: it has been judged already. Far from the noise the bound of a
 # search holds all the same
 ALL_SHOW = "all logs together show it, and none was held out to judge it"

@@ -11,6 +11,7 @@ import pytest
 from pytest_dvp.gap.diagnose import fitted_values
 from pytest_dvp.gap.diagnose.candidates import candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
+from pytest_dvp.gap.diagnose.fitted_twin import values_of
 from pytest_dvp.gap.diagnose.fitted_values import estimates, rounded
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
@@ -18,7 +19,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend import acceptance as module
 from pytest_dvp.gap.extend.acceptance import _percent, judge_addition, judge_removal, worse_together
 from pytest_dvp.gap.extend.extend import _fitted, _present, _search
-from pytest_dvp.gap.extend.fitted_model import assumed, edges, values_of
+from pytest_dvp.gap.extend.fit_notes import assumed, edges
 from pytest_dvp.gap.extend.ladder import shares
 from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, Applied, Having, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect

@@ -20,6 +20,8 @@ from vehicle.model.effect_catalogue import find_effect
 
 EVEN = np.full(SEGMENTS, 20.0)
 
+EIGHT = ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset", "gyro_bias", "aero_drag", "brake_limit")
+
 
 def a_plain_search(*names: str, **channels: float) -> Search:
     return a_search(World({}, channels=channels or {"v": 1.0}), *names)
@@ -156,11 +158,10 @@ def test_from_twenty_times_the_noise_on_eight_effects_are_a_full_set(
     chi2: float, plain: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A full set is only refined: no effect that is not a detail is tried."""
-    eight = ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset", "gyro_bias", "aero_drag", "brake_limit")
-    search = a_plain_search(*eight, "rolling_resistance", v=9.0)
+    search = a_plain_search(*EIGHT, "rolling_resistance", v=9.0)
     asked: list[list[str]] = []
     monkeypatch.setattr(search, "_scan", lambda now, few, needed=0.0: asked.append(list(few)) or [])
-    search.paying(a_trial(chi2, *eight), barred=eight)
+    search.paying(a_trial(chi2, *EIGHT), barred=EIGHT)
     assert asked[0] == (["rolling_resistance"] if plain else [])
 
 
@@ -169,12 +170,11 @@ def test_far_from_a_model_given_that_left_a_million_a_twentieth_of_that_is_the_b
     chi2: float, plain: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """More than twenty times the noise, which is 20,000 here."""
-    eight = ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset", "gyro_bias", "aero_drag", "brake_limit")
-    search = a_plain_search(*eight, "rolling_resistance", v=9.0)
+    search = a_plain_search(*EIGHT, "rolling_resistance", v=9.0)
     search._given = 1e6
     asked: list[list[str]] = []
     monkeypatch.setattr(search, "_scan", lambda now, few, needed=0.0: asked.append(list(few)) or [])
-    search.paying(a_trial(chi2, *eight), barred=eight)
+    search.paying(a_trial(chi2, *EIGHT), barred=EIGHT)
     assert asked[0] == (["rolling_resistance"] if plain else [])
 
 
