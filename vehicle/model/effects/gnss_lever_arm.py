@@ -22,8 +22,8 @@ from vehicle.model.shown_by import TURNS, ShownBy
         Key(
             "x",
             "m",
-            -2.0,
-            2.0,
+            -4.0,  # the rear overhang of a long bus; the reference point is the middle of the rear axle
+            9.0,  # its front: a wheelbase of 6 m and 3 m of overhang
             neutral=0.0,
             least=0.03,
             minimum=-20.0,
