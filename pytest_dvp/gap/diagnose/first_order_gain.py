@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_finer
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 
 if TYPE_CHECKING:
@@ -58,8 +59,9 @@ class FirstOrderGain:
             share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
             if 0.0 < share < 1.0:
                 hoped += [(self._before + share * slope, less) for less in candidate.weaker(point, share)]
-        if len(options) > 1 and len(candidate.coordinates) == 1:
-            options += self._beside(candidate, options)
+        at_once = [c for c in candidate.coordinates if not c.key.late]
+        if len(options) > 1 and len(at_once) == 1:
+            options += self._beside(at_once[0], options)
         if hoped:
             less = min(hoped, key=lambda option: option[0])[1]
             options.append((self._left(less), less))
@@ -109,9 +111,8 @@ class FirstOrderGain:
             options.append((left, point))
         return options
 
-    def _beside(self, candidate: Candidate, options: Sequence[tuple[float, Point]]) -> list[tuple[float, Point]]:
+    def _beside(self, c: Coordinate, options: Sequence[tuple[float, Point]]) -> list[tuple[float, Point]]:
         """Points halfway from the best one to its neighbours on the line: the valley of a limit may lie between two."""
-        (c,) = candidate.coordinates
         best = min(options, key=lambda option: option[0])[1]
         line = sorted({p[c.name] for _, p in options})
         k = line.index(best[c.name])

@@ -210,9 +210,8 @@ class Search:
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
         limits = sum(isinf(c.key.neutral) for c in trial.fit.coordinates)  # one that is always met is a gain
-        return (
-            trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.fit.coordinates) + EQUAL * self.count * limits
-        )
+        used = [c for c in trial.fit.coordinates if not c.key.late or trial.fit.values[c.name] != c.key.neutral]
+        return trial.chi2 + PRICE * max(self.count, trial.chi2) * len(used) + EQUAL * self.count * limits
 
     def lasting(self) -> Search:
         """The same search, for which the known remainder is an error that lasts."""

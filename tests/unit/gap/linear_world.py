@@ -20,10 +20,11 @@ from vehicle.model.remainder_shape import RemainderShape
 
 ROWS, SEGMENTS = 1000, 50
 DRIVE, BRAKE = ("drive_gain", "g"), ("brake_gain", "g")
+MOTOR = ("brake_gain", "motor")  # what a motor takes over: none here
 MODEL = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n")
 NEUTRAL = {(name, key.name): key.neutral for name in ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset",
            "gyro_bias", "rolling_resistance", "aero_drag", "viscous_resistance", "brake_fade", "steer_asymmetry",
-           "brake_limit", "body_roll") for key in find_effect(name).parameters}  # fmt: skip
+           "brake_limit", "body_roll", "gear_inertia") for key in find_effect(name).parameters}  # fmt: skip
 _BASIS = np.linalg.qr(np.random.default_rng(0).normal(size=(ROWS, 12)))[0].T
 NOISE = np.where(np.random.default_rng(1).random(ROWS) < 0.5, 1.0, -1.0)
 NOISE = NOISE - _BASIS.T @ (_BASIS @ NOISE)

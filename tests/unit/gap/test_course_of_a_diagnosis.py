@@ -20,7 +20,7 @@ from pytest_dvp.gap.diagnose.removal import Searched
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.diagnose.veto import Judged
-from tests.unit.gap.linear_world import BRAKE, DRIVE, ROWS, World, a_search, direction, tried
+from tests.unit.gap.linear_world import BRAKE, DRIVE, MOTOR, ROWS, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
 
 
@@ -134,7 +134,7 @@ def test_effects_are_told_in_the_order_of_what_they_explain_with_their_shares(mo
     ]  # fmt: skip
     assert told.not_excited == ("mass",)  # what is named was excited
     assert (told.noise_floor, told.votes, told.signature) == ({"v": 0.03}, {"first": None}, {})
-    assert told.values == {DRIVE: pytest.approx(0.9, abs=1e-3), BRAKE: pytest.approx(0.9, abs=1e-3)}
+    assert told.values == {DRIVE: pytest.approx(0.9, abs=1e-3), BRAKE: pytest.approx(0.9, abs=1e-3), MOTOR: 0.0}
     samples = told.samples
     assert (samples.count, samples.independent, samples.slides, samples.left_out) == (ROWS, 500.0, 0.25, 0.125)
     assert told.remainder == {"v": {"all": 0.1}}

@@ -72,8 +72,10 @@ def test_a_pedal_scale_that_an_effect_of_the_model_repeats_is_not_fitted_beside_
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(growth, "with_shape", lambda twin, *more: twin)
         grown_twin = grow(logs, twin)
-    assert set(grown_twin.refitted) == {("drive_gain", "g"), ("brake_gain", "g")}
-    assert [e.value for e in grown_twin.refitted.values()] == pytest.approx([0.8, 0.8], rel=0.03)
+    assert set(grown_twin.refitted) == {("drive_gain", "g"), ("brake_gain", "g"), ("brake_gain", "motor")}
+    gains = [e.value for (_, key), e in grown_twin.refitted.items() if key == "g"]
+    assert gains == pytest.approx([0.8, 0.8], rel=0.03)
+    assert grown_twin.refitted["brake_gain", "motor"].value < 0.1  # m/s^2: no motor takes anything over
     assert grown_twin.notes == (NONE_SHOWN, NO_JUDGE)
 
 

@@ -31,9 +31,10 @@ def page() -> dict[str, Any]:
 def test_the_effect_comes_with_its_physics_and_value(page: dict[str, Any]) -> None:
     (effect,) = page["effects"]
     assert effect["name"] == "brake_gain"
-    assert effect["equation"] == "a = g a_c for a_c < 0"
-    (g,) = effect["parameters"]
-    assert float(g["value"]) == pytest.approx(GAIN, abs=0.01)
+    assert effect["equation"] == "a = a_c + (g - 1)(a_c + a_motor) for a_c < -a_motor, else a_c"
+    gain, motor = sorted(effect["parameters"], key=lambda one: str(one["key"]))
+    assert float(gain["value"]) == pytest.approx(GAIN, abs=0.01)
+    assert float(motor["value"]) == 0.0  # no motor takes anything over
 
 
 def test_shares_are_told_for_fitted_and_held_out_data(page: dict[str, Any]) -> None:

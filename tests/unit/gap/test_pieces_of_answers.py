@@ -23,7 +23,7 @@ from pytest_dvp.gap.extend.perception import _removed
 from pytest_dvp.gap.perception.on_top import _border, _dampened, _difference, _share_missed, _variance, on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived
 from pytest_dvp.logs.log import Log
-from tests.unit.gap.linear_world import BRAKE, World, a_search, direction, tried
+from tests.unit.gap.linear_world import BRAKE, MOTOR, World, a_search, direction, tried
 from vehicle.model.effect import Key
 from vehicle.model.model_file import parse_model
 
@@ -359,11 +359,11 @@ def test_an_effect_that_promises_less_than_a_tenth_of_what_is_needed_is_looked_a
     search = a_search(world, "brake_gain")
     look = FirstOrderGain(world, search.trial((), {}))  # type: ignore[arg-type]
     (candidate,) = tried("brake_gain")
-    strong = [{BRAKE: 0.7}, {BRAKE: 0.8}, {BRAKE: 0.9}]
+    strong = [{BRAKE: g, MOTOR: 0.0} for g in (0.7, 0.8, 0.9)]
     found = look.remaining_chi2(candidate, strong, needed * 25.0)
     assert (len(found) == 1) is (points == 1)
     if points == 1:
-        assert found == [(pytest.approx(1000.0 + (5.0 - 20.0) ** 2), {BRAKE: 0.9})]
+        assert found == [(pytest.approx(1000.0 + (5.0 - 20.0) ** 2), {BRAKE: 0.9, MOTOR: 0.0})]
     assert len(look.remaining_chi2(candidate, strong[:1], needed * 25.0)) >= 1
 
 
@@ -373,7 +373,7 @@ def test_a_change_of_a_ten_millionth_of_the_samples_is_nothing(size: float, show
     world = World({BRAKE: size / 0.1 * direction(1)})
     look = FirstOrderGain(world, a_search(world, "brake_gain").trial((), {}))  # type: ignore[arg-type]
     (candidate,) = tried("brake_gain")
-    assert bool(look.remaining_chi2(candidate, [{BRAKE: 0.9}])) is shows
+    assert bool(look.remaining_chi2(candidate, [{BRAKE: 0.9, MOTOR: 0.0}])) is shows
     assert look.strongest == pytest.approx(size**2)
 
 

@@ -23,6 +23,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import (
     BRAKE,
     DRIVE,
+    MOTOR,
     Applied,
     Having,
     World,
@@ -40,7 +41,8 @@ def test_an_effect_of_the_model_goes_if_the_measurements_gain_without_it(excused
         model = Applied(drive_gain=0.9, brake_gain=0.9)
         assert _removed(world, model) == ({DRIVE: 1.0} if gone else {})  # type: ignore[arg-type]
     both = Having({DRIVE: 300.0 * direction(0), BRAKE: 200.0 * direction(1)}, {DRIVE: 1.0, BRAKE: 1.0}, excused=excused)
-    assert _removed(both, Applied(drive_gain=0.9, brake_gain=0.9)) == {DRIVE: 1.0, BRAKE: 1.0}  # type: ignore[arg-type]
+    off = {DRIVE: 1.0, BRAKE: 1.0, MOTOR: 0.0}
+    assert _removed(both, Applied(drive_gain=0.9, brake_gain=0.9)) == off  # type: ignore[arg-type]
 
 
 def test_a_set_has_a_price_for_each_value_fitted_and_each_effect_removed() -> None:

@@ -185,7 +185,7 @@ def test_what_a_point_leaves_is_what_the_others_cannot_take_up(beside: tuple[str
     world.does[BRAKE] = 200.0 * direction(1, 0, 0.6)
     look, now = a_look(world, *beside)
     (candidate,) = tried("brake_gain")
-    points = [{BRAKE: 0.7}, {BRAKE: 0.8}, {BRAKE: 0.95}]
+    points = [{BRAKE: g, ("brake_gain", "motor"): 0.0} for g in (0.7, 0.8, 0.95)]
     found = look.remaining_chi2(candidate, points)
     basis = [world.does[DRIVE]] if beside else []
 

@@ -35,6 +35,7 @@ from pytest_dvp.gap.extend.twin_remainder import _anew
 from tests.unit.gap.linear_world import (
     BRAKE,
     DRIVE,
+    MOTOR,
     NOISE,
     ROWS,
     SEGMENTS,
@@ -194,7 +195,7 @@ def test_what_its_companion_could_do_as_well_is_no_evidence(alike: float, eviden
     does = {DRIVE: 300.0 * direction(0), BRAKE: 300.0 * direction(1, 0, overlap)}
     world = World(does, {DRIVE: 0.9, BRAKE: 0.9}, excused=True)
     search = a_search(world, "drive_gain", "brake_gain")
-    both = a_trial(0.0, "drive_gain", "brake_gain", values={DRIVE: 0.9, BRAKE: 0.9})
+    both = a_trial(0.0, "drive_gain", "brake_gain", values={DRIVE: 0.9, BRAKE: 0.9, MOTOR: 0.0})
     assert is_evident(search, both, "drive_gain", world) is evident  # type: ignore[arg-type]
 
 

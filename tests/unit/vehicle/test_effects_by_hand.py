@@ -91,8 +91,11 @@ PLAIN: tuple[Row, ...] = (
     ("pedal_deadband", {"width": 0.1}, {"accel": -0.09, "accel_lead": 0.3}, {"accel": 0.0, "accel_lead": 0.0}),
     ("drive_gain", {"g": 1.5}, {"accel": 2.0, "accel_lead": 1.0}, {"accel": 3.0, "accel_lead": 1.5}),
     ("drive_gain", {"g": 1.5}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -2.0, "accel_lead": 1.0}),
-    ("brake_gain", {"g": 1.5}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -3.0, "accel_lead": 1.5}),
-    ("brake_gain", {"g": 1.5}, {"accel": 2.0, "accel_lead": 1.0}, {"accel": 2.0, "accel_lead": 1.0}),
+    ("brake_gain", {"g": 1.5, "motor": 0.0}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -3.0, "accel_lead": 1.5}),
+    ("brake_gain", {"g": 1.5, "motor": 0.0}, {"accel": 2.0, "accel_lead": 1.0}, {"accel": 2.0, "accel_lead": 1.0}),
+    # a motor takes over 1.5 m/s^2: of 2 m/s^2 the brakes have 0.5, and 1 m/s^2 does not come to them
+    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -2.25, "accel_lead": 1.5}),
+    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -1.0, "accel_lead": 1.0}, {"accel": -1.0, "accel_lead": 1.0}),
     ("mass", {"ratio": 2.0}, {"accel": 2.0, "accel_lead": 3.0, "accel_jump": 4.0, "accel_arrived": 5.0},
      {"accel": 1.0, "accel_lead": 1.5, "accel_jump": 2.0, "accel_arrived": 2.5}),
     ("brake_limit", {"limit": 4.0}, {"accel": -3.5, "accel_lead": 0.5}, {"accel": -3.5, "accel_lead": 0.5}),

@@ -14,11 +14,22 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
     name="brake_gain",
     slot="command",
     order=60,
-    physics="the brake gives another deceleration than the command asks for",
-    equation="a = g a_c for a_c < 0",
+    physics="the brake gives another deceleration than the command asks for, beyond what a motor takes over",
+    equation="a = a_c + (g - 1)(a_c + a_motor) for a_c < -a_motor, else a_c",
     source="B. Breuer, K. Bill (eds.), Brake Technology Handbook",
     parameters=(
         Key("g", "-", 0.6, 1.2, neutral=1.0, least=0.02, minimum=0.0, meaning="produced over wanted deceleration"),
+        Key(
+            "motor",
+            "m/s^2",
+            0.0,
+            4.0,  # more than regenerative braking gives on cars on the road
+            neutral=0.0,
+            least=0.2,
+            minimum=0.0,
+            late=True,
+            meaning="deceleration that an electric motor takes over, before the brakes come in",
+        ),
     ),
     ties=(
         "mass",
@@ -32,6 +43,7 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
     ),
 )
 def brake_gain(x: Bus, p: Any, m: Any) -> None:
-    if x.accel < 0.0:
-        x.accel *= p.g
+    brakes = x.accel + p.motor
+    if x.accel < 0.0 and brakes < 0.0:
+        x.accel += (p.g - 1.0) * brakes
         x.accel_lead *= p.g
