@@ -35,7 +35,7 @@ from pytest_dvp.gap.diagnose.search import (
     Tick,
 )
 from pytest_dvp.gap.diagnose.sensors_alone import with_sensors_asked
-from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
+from pytest_dvp.gap.diagnose.standing import Evidence, older, with_standing
 from pytest_dvp.gap.diagnose.tied_effects import Tied, best_of_tied, gained_apart
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.veto import judged
@@ -212,9 +212,16 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
 
     Missed: what of the error comes back without it, though all the others may adapt. What an effect takes away first
     would depend on those that come after it: alone, a detail of the tyres takes the share of a slow steering. One that
-    makes it worse before another one is there comes after that one.
+    makes it worse before another one is there comes after that one, and after what is new one that may be older than
+    the twin.
     """
-    left = sorted(final.names, key=lambda name: search.without(final, name).chi2, reverse=True)
+    open_at = search.target.experiments[0].model.remainder_shape.unseen
+
+    def is_older(name: str) -> bool:
+        values = {key: value for (effect, key), value in final.values.items() if effect == name}
+        return bool(older(values, open_at.get(name, {})))
+
+    left = sorted(final.names, key=lambda name: (is_older(name), -search.without(final, name).chi2))
     steps = [search.trial((), search.start)]
     while left:
         tried: list[Trial] = []

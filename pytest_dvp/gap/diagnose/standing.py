@@ -173,12 +173,17 @@ def _at_ends(e: NamedEffect, told: Trial) -> list[str]:
 def _unseen(e: NamedEffect, open_at: Mapping[str, float]) -> list[str]:
     """Whether the car may have a limit from the beginning. open_at: what the drives that the twin was learnt from leave
     open, from that value on."""
+    values = {name: estimate.value for name, estimate in e.parameters.items()}
     return [
-        f"the drives that the twin was learnt from do not come to {name} = {e.parameters[name].value:.3g}: "
+        f"the drives that the twin was learnt from do not come to {name} = {values[name]:.3g}: "
         "it may be older than this"
-        for name, least in open_at.items()
-        if name in e.parameters and e.parameters[name].value >= least
+        for name in older(values, open_at)
     ]
+
+
+def older(values: Mapping[str, float], open_at: Mapping[str, float]) -> list[str]:
+    """The keys of an effect that the car may have had from the beginning with these values."""
+    return [name for name, least in open_at.items() if name in values and values[name] >= least]
 
 
 class _Left:

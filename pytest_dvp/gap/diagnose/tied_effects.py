@@ -29,6 +29,10 @@ MORE = 1.03  # times what the named effect explains: a tied one that explains mo
 # explained 1.027 of what a hidden limit of the jerk did
 ALIKE = 0.985  # of what the named effect explains: a tied one that explains more is its rival; a servo of second order
 # explained a hidden lag and a hidden dead time by 1.2 and 0.7 % more than a lag did
+_SIMPLER = (
+    1.0 / MORE
+)  # the same, of one with fewer values: of a gearbox that weighs on the car in its low gears more than
+# was hidden in its load, a mass explained 0.971
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
 
 
@@ -42,7 +46,7 @@ class Tied(NamedTuple):
 def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     """The one effect of a set or one that is tied to it, whichever explains more of all data together, and its rivals.
 
-    Of two that explain the same, the simpler one is told, with the one that contains it as a rival. The set as it is,
+    Of two that explain nearly the same, the simpler one is told, with the one that contains it as a rival. The set as it is,
     without rivals, if it has not just one effect, or if no other drive is there.
     """
     if len(final.names) != 1 or not drives_apart(judges):
@@ -62,9 +66,14 @@ def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     if gains[best] <= MORE * gains[name]:
         best = name
     simpler = search.contained(best)
-    if simpler in sound and gains[simpler] >= ALIKE * gains[best]:
+    if simpler in sound and gains[simpler] >= _SIMPLER * gains[best]:
         best = simpler
-    rivals = sorted((n for n in sound if n != best and gains[n] >= ALIKE * gains[best]), key=lambda n: -gains[n])
+
+    def is_alike(other: str) -> bool:
+        simpler = len(search.known[other].coordinates) < len(search.known[best].coordinates)
+        return gains[other] >= (_SIMPLER if simpler else ALIKE) * gains[best]
+
+    rivals = sorted((n for n in sound if n != best and is_alike(n)), key=lambda n: -gains[n])
     more = [n for n in rivals if search.contained(n) == best and n != name]  # more values explain a little more
     rivals = [n for n in rivals if n not in more]
     if best == name:

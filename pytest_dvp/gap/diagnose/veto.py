@@ -45,32 +45,53 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     """The result without effects that lose on data they were not fitted on.
 
     Of a twin with a known remainder, effects that gain no more than that may change by go, too, unless too much is left
-    over without them: something new is there then, and what explains it best is told. Where nothing is named any more
-    that a remainder could not be, an effect that is quieter than they seemed may be there, and is asked for.
+    over without them: something new is there then, and what explains it best is told, if only the data fitted on show
+    it. Where nothing is named any more that a remainder could not be, an effect that is quieter than they seemed may be
+    there, and is asked for.
     """
     preferred = grown_for_held_out(search, chosen(search, found, judges), judges)
     strict = _veto(search, preferred, judges, apart, fragment=ABOVE_REMAINDER)
     strict = strict._replace(chose=preferred is not found)
     if not (search.target.excused and strict.vetoed):
         return strict
-    if search.misfit(strict.found.final):
-        strict = _veto(search, found, judges, apart, fragment=PRACTICAL)
+    new = search.misfit(strict.found.final)
+    if new:
+        strict = _asked_anew(search, _veto(search, found, judges, apart, fragment=PRACTICAL, new=True), apart)
+        new = bool(strict.found.final.names)
     rivals = dict(strict.found.rivals)  # without what was vetoed, another effect may be seen to change while driving
     left = strict.found.final
-    final = quiet(search, left, strict.judges) or (refined(search, left, rivals) if left.names else left)
+    final = None if new else quiet(search, left, strict.judges)
+    final = final or (refined(search, left, rivals) if left.names else left)
     if final.names == strict.found.final.names:
         return strict
     again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),
-                  fragment=PRACTICAL)  # fmt: skip
+                  fragment=PRACTICAL, new=new)  # fmt: skip
     return again._replace(vetoed=(*strict.vetoed, *again.vetoed))
 
 
-def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Apart, *, fragment: float) -> Judged:
+def _asked_anew(search: Search, refuted: Judged, apart: Apart) -> Judged:
+    """Where held-out data refute all that was found, and too much is left over: what explains it without that."""
+    while search.misfit(refuted.found.final) and not refuted.found.final.names:
+        search.tick("without what held-out data refute")
+        base = search.trial((), search.start)
+        grown = search.grown(base, [], barred=refuted.vetoed)
+        if not grown.names:
+            break
+        final = search.credible_set(search.trial(grown.names, grown.values, zoom=True, like=grown))
+        other = SearchResult(final, {}, refuted.found.not_excited)
+        again = _veto(search, other, refuted.judges, apart, fragment=PRACTICAL, new=True)
+        refuted = again._replace(vetoed=(*refuted.vetoed, *again.vetoed))
+    return refuted
+
+
+def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Apart, *,
+          fragment: float, new: bool = False) -> Judged:  # fmt: skip
     """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
 
     Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
     have their own, as long as that gains. fragment: chi^2/N that an effect has to gain there, if the twin has a known
-    remainder, and it gains little where it is fitted or is no larger than that remainder imitates.
+    remainder, and it gains little where it is fitted or is no larger than that remainder imitates; new: too much is
+    left over without it for that remainder, so that its size says nothing.
     """
     vetoed: list[str] = []
     given, tried_apart = judges, False
@@ -100,7 +121,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             n
             for n in final.names
             if search.target.excused
-            and (fitted[n] < LITTLE or is_imitated(search, final, n))
+            and (fitted[n] < LITTLE or (not new and is_imitated(search, final, n)))
             and gains.get(n, fitted[n]) < fragment
         ]
         told = as_told(search, final) if fragments else final

@@ -13,6 +13,7 @@ from pytest_dvp.gap.diagnose.tied_effects import best_of_tied, gained_apart
 from tests.unit.gap.linear_world import BRAKE, DRIVE, NEUTRAL, World, a_search, direction
 
 MASS = ("mass", "ratio")
+NAMES = {"mass": MASS, "drive_gain": DRIVE}
 RATIO = ("steer_ratio", "g")
 LEFT, RIGHT = ("steer_asymmetry", "g_left"), ("steer_asymmetry", "g_right")
 
@@ -53,6 +54,19 @@ def test_what_is_tied_to_the_name_takes_its_place_if_it_explains_clearly_more(al
 @pytest.mark.parametrize(("alike", "rivals"), [(0.987, ("drive_gain",)), (0.983, ())])
 def test_what_explains_nearly_as_much_is_a_rival(alike: float, rivals: tuple[str, ...]) -> None:
     assert told(alike, "mass", {MASS: 1.1}) == (("mass",), rivals)
+
+
+@pytest.mark.parametrize("simpler", ["mass", "drive_gain"])
+@pytest.mark.parametrize(("alike", "near"), [(0.975, True), (0.965, False)])
+def test_fewer_values_may_explain_three_per_cent_less(alike: float, near: bool, simpler: str) -> None:
+    """The inertia of gears, which has two values, contains a mass, and no gain of the drive."""
+    share = ("gear_inertia", "share")
+    does = {share: 1000.0 * direction(1), NAMES[simpler]: 1000.0 * direction(0, 1, sqrt(alike))}
+    search = a_search(a_world(does, {share: 0.1}), "gear_inertia", simpler)
+    found = best_of_tied(search, search.trial(("gear_inertia",), NEUTRAL), judges())
+    instead = near and simpler == "mass"
+    assert found.final.names == ("mass" if instead else "gear_inertia",)
+    assert found.rivals == (("gear_inertia" if instead else simpler,) if near else ())
 
 
 def test_nothing_is_asked_without_another_drive_or_of_a_set() -> None:

@@ -17,7 +17,7 @@ from pytest_dvp.gap.diagnose.run_setup import RunSetup, end_of_beginning, split_
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.veto import Judged, allowed_loss, judged
 from pytest_dvp.logs.log import Log
-from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, NOISE, ROWS, World, a_search, direction
+from tests.unit.gap.linear_world import BRAKE, DRIVE, MODEL, MOTOR, NOISE, ROWS, World, a_search, direction
 from vehicle.model.effect_catalogue import find_effect
 
 GYRO, OFFSET, MASS = ("gyro_bias", "b"), ("steer_offset", "offset"), ("mass", "ratio")
@@ -116,10 +116,10 @@ def test_a_fold_fits_what_it_shows_and_keeps_the_value_of_the_rest() -> None:
     """Its data say 0.8 of the drive, and nearly nothing of the brake."""
     world, search = two_effects()
     best = search.trial(("drive_gain", "brake_gain"), {DRIVE: 1.0, BRAKE: 1.0})
-    assert best.values == {DRIVE: pytest.approx(0.9), BRAKE: pytest.approx(0.9)}
+    assert best.values == {DRIVE: pytest.approx(0.9), BRAKE: pytest.approx(0.9), MOTOR: 0.0}
     fitted = World(shows(DRIVE, 900.0, 0.1) | shows(BRAKE, 1.0, 0.1, k=1), hidden={DRIVE: 0.8, BRAKE: 0.5})
     found = refit_on_fold(search, Fold(fitted, world), best)  # type: ignore[arg-type]
-    assert found.values == {DRIVE: pytest.approx(0.8), BRAKE: pytest.approx(0.9)}
+    assert found.values == {DRIVE: pytest.approx(0.8), BRAKE: pytest.approx(0.9), MOTOR: 0.0}
     assert refit_on_fold(search, Fold(None, world), best) is best  # type: ignore[arg-type]
 
 
@@ -324,10 +324,10 @@ def test_a_vetoed_set_beside_a_remainder_is_judged_again_by_what_explains_most(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     search, found = named((DRIVE, 2.0), (BRAKE, 2.0), excused=True)
-    asked: list[float] = []
+    asked: list[tuple[float, bool]] = []
 
-    def vetoing(search: Any, result: Any, judges: Any, apart: Any, *, fragment: float) -> Judged:
-        asked.append(fragment)
+    def vetoing(search: Any, result: Any, judges: Any, apart: Any, *, fragment: float, new: bool = False) -> Judged:
+        asked.append((fragment, new))
         left = search.trial(("drive_gain",), {DRIVE: 1.0})
         return Judged(dataclasses.replace(result, final=left), ("brake_gain",), {}, judges)
 
@@ -336,20 +336,20 @@ def test_a_vetoed_set_beside_a_remainder_is_judged_again_by_what_explains_most(
     monkeypatch.setattr(veto, "refined", lambda search, left, rivals: left)
     search.misfit = lambda now: True  # type: ignore[method-assign]
     assert judged(search, found, (), lambda: ()).vetoed == ("brake_gain",)
-    assert asked == [0.2, 0.05]
+    assert asked == [(0.2, False), (0.05, True)]
     asked.clear()
     search.misfit = lambda now: False  # type: ignore[method-assign]
     judged(search, found, (), lambda: ())
-    assert asked == [0.2]
+    assert asked == [(0.2, False)]
     asked.clear()
     more = search.trial(("drive_gain", "brake_gain"), {DRIVE: 1.0, BRAKE: 1.0})
     monkeypatch.setattr(veto, "refined", lambda search, left, rivals: more)
     assert judged(search, found, (), lambda: ()).vetoed == ("brake_gain", "brake_gain")
-    assert asked == [0.2, 0.05]
+    assert asked == [(0.2, False), (0.05, False)]
     search.target.excused = False  # type: ignore[misc]
     asked.clear()
     assert judged(search, found, (), lambda: ()).vetoed == ("brake_gain",)
-    assert asked == [0.2]
+    assert asked == [(0.2, False)]
 
 
 @pytest.mark.parametrize("rivalled", [False, True])
