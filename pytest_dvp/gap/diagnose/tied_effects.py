@@ -46,8 +46,8 @@ class Tied(NamedTuple):
 def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     """The one effect of a set or one that is tied to it, whichever explains more of all data together, and its rivals.
 
-    Of two that explain nearly the same, the simpler one is told, with the one that contains it as a rival. The set as it is,
-    without rivals, if it has not just one effect, or if no other drive is there.
+    Of two that explain nearly the same, the simpler one is told, with the one that contains it as a rival. The set as
+    it is, without rivals, if it has not just one effect, or if no other drive is there.
     """
     if len(final.names) != 1 or not drives_apart(judges):
         return Tied(final, ())
