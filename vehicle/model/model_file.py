@@ -136,7 +136,7 @@ def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Ef
     try:
         stated_remainder = _table(data, "remainder", file, lines)
         left = read_remainder({key: value for key, value in stated_remainder.items() if key not in TABLES})
-        shape = read_shape(stated_remainder)
+        shape = read_shape(stated_remainder, extra)
     except ModelError as error:
         path = ["remainder", *error.key.split(".")]
         heads = range(

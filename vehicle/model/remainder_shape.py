@@ -29,14 +29,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from difflib import SequenceMatcher
 from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
+from vehicle.model.effect import Effect
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS, Remainder, ordered, read_remainder
 
 TABLES = ("memory", "anew", "imitates", "limits", "unseen", "wanders", "sensors")
+
+_MISSPELT = 0.85  # of two names' letters that agree: more is one name, with a letter left out or two exchanged; chosen
 
 WANDERING: Mapping[str, str] = MappingProxyType({"along": "m", "across": "m", "yaw": "rad"})
 """What wanders beside dead reckoning, and in what its step of one second is told: position along and across the car,
@@ -58,16 +63,19 @@ class RemainderShape:
     sensors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
-def read_shape(table: Mapping[str, Any]) -> RemainderShape:
-    """The checked tables of a model file below [remainder]. Raises ModelError whose key is the path inside."""
+def read_shape(table: Mapping[str, Any], extra: Mapping[str, Effect] | None = None) -> RemainderShape:
+    """The checked tables of a model file below [remainder]; extra: a user's own effects. Raises ModelError whose key is
+    the path inside. An effect that is not known and looks like none is kept: a twin may have learnt beside effects that
+    are not loaded now."""
+    known = {**catalogue(), **(extra or {})}
     return RemainderShape(
         memory=_by_channel(table, "memory", "s"),
         anew=_by_channel(table, "anew", "chi^2/N"),
-        imitates=_by_effect(table, "imitates"),
-        limits=_by_effect(table, "limits", more_than_0=True),
-        unseen=_by_effect(table, "unseen", more_than_0=True),
+        imitates=_by_effect(table, "imitates", known),
+        limits=_by_effect(table, "limits", known, more_than_0=True),
+        unseen=_by_effect(table, "unseen", known, more_than_0=True),
         wanders=_wanders(table),
-        sensors=_by_effect(table, "sensors"),
+        sensors=_by_effect(table, "sensors", known),
     )
 
 
@@ -82,11 +90,21 @@ def _by_channel(table: Mapping[str, Any], name: str, unit: str) -> dict[str, flo
     return found
 
 
-def _by_effect(table: Mapping[str, Any], name: str, *, more_than_0: bool = False) -> dict[str, dict[str, float]]:
+def _by_effect(
+    table: Mapping[str, Any], name: str, known: Mapping[str, Effect], *, more_than_0: bool = False
+) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for effect, keys in _table(table, name).items():
+        near = "" if effect in known else nearest_name(effect, tuple(known))
+        if near and SequenceMatcher(None, effect, near).ratio() > _MISSPELT:
+            raise ModelError("unknown effect", key=f"{name}.{effect}", found=effect, nearest=near)
         if not isinstance(keys, Mapping):
             raise ModelError("must be a table of the effect's keys", key=f"{name}.{effect}", found=repr(keys))
+        allowed = [key.name for key in known[effect].parameters] if effect in known else [*keys]
+        for key in keys:
+            if key not in allowed:
+                raise ModelError("unknown key", key=f"{name}.{effect}.{key}", found=key, allowed=", ".join(allowed),
+                                 nearest=nearest_name(key, allowed))  # fmt: skip
         found[effect] = {key: _number(value, f"{name}.{effect}.{key}") for key, value in keys.items()}
         for key, value in found[effect].items() if more_than_0 else ():
             _more_than_0(value, f"{name}.{effect}.{key}")

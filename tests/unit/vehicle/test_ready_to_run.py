@@ -274,9 +274,16 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"memory": {"w": 1.0}}, "memory.w", "unknown channel"),
         ({"imitates": {"mass": 3}}, "imitates.mass", "must be a table of the effect's keys"),
         ({"imitates": {"mass": {"ratio": "x"}}}, "imitates.mass.ratio", "must be a number"),
+        ({"imitates": {"drive_gian": {"g": 1.0}}}, "imitates.drive_gian", "unknown effect.* did you mean 'drive_gain'"),
+        ({"unseen": {"jerk_limit": {"limits": 1.0}}}, "unseen.jerk_limit.limits", "unknown key.* did you mean 'limit'"),
     ],
 )
 def test_a_wrong_shape_is_told_by_its_path(table: Any, key: str, says: str) -> None:
     with pytest.raises(ModelError, match=says) as refused:
         read_shape(table)
     assert refused.value.key == key
+
+
+def test_an_effect_of_others_that_is_not_loaded_stays_in_the_tables_of_a_twin() -> None:
+    own = {"imitates": {"brake_lag_of_our_trailer": {"t": 0.1}}}
+    assert read_shape(own).imitates == own["imitates"]
