@@ -45,9 +45,9 @@ def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan:
 def headline(found: Diagnosis, model: str = "the model") -> str:
     """One sentence that a reader understands who knows nothing of the method."""
     first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
+    little = "no more than the twin's known remainder" if found.remainder else "sensor noise"
     if found.verdict == "NOTHING_MISSING":
-        left = "no more than the twin's known remainder" if found.remainder else "sensor noise"
-        return f"{model} lacks nothing that these data show: what is left is {left} (chi²/N {figure(last)})"
+        return f"{model} lacks nothing that these data show: what is left is {little} (chi²/N {figure(last)})"
     if found.verdict == "NOT_EXCITED":
         many = len(found.not_excited)
         return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
@@ -61,9 +61,10 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
         (share,) = percents([1.0 - (last - 1.0) / max(first - 1.0, 1e-9)])
         share = "more than 99 %" if share == "100 %" else share  # a rest is told in the same sentence
         return f"{lacks}; that explains {share} of the error, and no effect of the catalogue explains the rest ({left})"
+    only = little if found.remainder else f"only {little}"
     if len(found.ladder) == 1:  # nothing but effects on detections
-        return f"{lacks}; apart from that only sensor noise is left (chi²/N {figure(last)})"
-    return f"{lacks}; after that only sensor noise is left (chi²/N {figure(first)} -> {figure(last)})"
+        return f"{lacks}; apart from that {only} is left (chi²/N {figure(last)})"
+    return f"{lacks}; after that {only} is left (chi²/N {figure(first)} -> {figure(last)})"
 
 
 def extend_command(

@@ -60,6 +60,10 @@ def test_the_answer_fits_a_screen() -> None:
     ("found", "says"),
     [
         (NAMED, "car.toml lacks steer_delay; after that only sensor noise is left (chi²/N 65.6 -> 1.17)"),
+        (
+            dataclasses.replace(NAMED, remainder={"v": {"cruise": 0.1}}),
+            "; after that no more than the twin's known remainder is left (chi²/N 65.6 -> 1.17)",
+        ),
         (dataclasses.replace(FOUND_NOTHING, verdict="NOTHING_MISSING", ladder=(BETTER,)), "car.toml lacks nothing"),
         (dataclasses.replace(FOUND_NOTHING, verdict="UNKNOWN"), "no effect of the catalogue explains"),
         (dataclasses.replace(FOUND_NOTHING, verdict="NOT_EXCITED"), "could not have shown 1 of the effects"),
