@@ -22,6 +22,7 @@ from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.diagnose.veto import Judged
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MOTOR, ROWS, World, a_search, direction, tried
 from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.remainder_shape import RemainderShape
 
 
 class Data(World):
@@ -143,6 +144,18 @@ def test_effects_are_told_in_the_order_of_what_they_explain_with_their_shares(mo
     assert document["error"]["fit"]["before"] == dict(told.ladder[0].rmse)
     assert document["error"]["fit"]["after"] == dict(told.ladder[2].rmse)
     assert "segments" not in course.asked  # near the noise no draws are needed
+
+
+@pytest.mark.parametrize(("open_from", "first"), [(0.89, "brake_gain"), (0.91, "drive_gain")])
+def test_what_may_be_older_than_the_twin_is_told_after_what_is_new(
+    monkeypatch: pytest.MonkeyPatch, open_from: float, first: str
+) -> None:
+    """The drive explains more than the brake; the drives of the twin would not have shown it from `open_from` on."""
+    course = Course(monkeypatch, "brake_gain", "drive_gain")
+    course.world.model.remainder_shape = RemainderShape(unseen={"drive_gain": {"g": open_from}})
+    told = course.run()
+    assert [e.name for e in told.effects][0] == first
+    assert told.ladder[1].added == first
 
 
 def test_the_second_engine_and_the_standing_are_asked_with_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:

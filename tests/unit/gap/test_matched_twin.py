@@ -30,12 +30,23 @@ class Found:
         self.over, self.left = misfit, 0.0
         self.others: dict[str, list[SimpleNamespace]] = {}
 
-    def trial(self, names: tuple[str, ...], values: Any = None, zoom: bool = False) -> SimpleNamespace:
+    def trial(
+        self, names: tuple[str, ...], values: Any = None, zoom: bool = False, like: Any = None
+    ) -> SimpleNamespace:
         rest = [name for name in self.fitted if name not in names]
         chi2 = COUNT * (1.0 + self.left + sum(self.fitted[n] for n in rest))
         held = COUNT * (1.0 + sum(self.held[n] for n in rest))
         return SimpleNamespace(names=tuple(names), chi2=chi2, values={"held": held},
                                segment_chi2=np.full(SEGMENTS, chi2 / SEGMENTS))  # fmt: skip
+
+    def finds(self, grown: Any) -> None:
+        """Asked once more, it finds this."""
+        self.start: dict[Any, float] = {}
+        self.tick = lambda text: None
+        self.grown, self.credible_set = grown, lambda best: best
+
+    def nothing_else_found(self) -> None:
+        self.finds(lambda now, turns, barred=(): now)
 
     def without(self, best: SimpleNamespace, name: str) -> SimpleNamespace:
         return self.trial(tuple(n for n in best.names if n != name))
@@ -141,6 +152,43 @@ def test_what_is_left_without_the_vetoed_ones_may_hide_another(monkeypatch: pyte
 def test_where_too_much_is_left_the_best_name_is_still_told() -> None:
     search = Found({"imu_misalignment": 0.15, "roll": 0.15}, {"imu_misalignment": 0.12, "roll": 0.001}, misfit=True)
     assert judged(search) == ("imu_misalignment",)
+
+
+@pytest.mark.parametrize(
+    ("fitted", "held", "kept"),
+    [
+        (2.1 * ABOVE_REMAINDER, 0.0, True),  # more than the remainder makes, and nothing held out shows it
+        (1.9 * ABOVE_REMAINDER, 0.0, False),  # so little, the remainder may make
+        (1.0, -0.009, True),
+        (1.0, -0.011, False),  # held-out data speak against it by more than a hundredth of what it explains
+    ],
+)
+def test_too_much_without_it_and_imitated_it_stays_unless_held_out_data_speak_against_it(
+    monkeypatch: pytest.MonkeyPatch, fitted: float, held: float, kept: bool
+) -> None:
+    monkeypatch.setattr(veto, "is_imitated", lambda *_: True)
+    search = Found({"brake_fade": fitted}, {"brake_fade": held})
+    search.misfit = lambda best: not best.names  # type: ignore[method-assign]
+    search.nothing_else_found()
+    assert judged(search) == (("brake_fade",) if kept else ())
+
+
+def test_what_held_out_data_refute_makes_way_for_what_they_do_not() -> None:
+    """A gain that one drive asks for and the other one refutes, and the limit that explains nearly as much."""
+    search = Found({"brake_gain": 2.0, "brake_limit": 1.9}, {"brake_gain": -1.0, "brake_limit": 0.0})
+    search.misfit = lambda best: not best.names  # type: ignore[method-assign]
+    asked: list[tuple[str, ...]] = []
+
+    def grown(now: Any, turns: Any, barred: tuple[str, ...] = ()) -> SimpleNamespace:
+        asked.append(tuple(barred))
+        return search.trial(("brake_limit",))
+
+    search.finds(grown)
+    found = SearchResult(search.trial(("brake_gain",)), {}, ("roll",))  # type: ignore[arg-type]
+    told = veto.judged(search, found, (judge(),), lambda: ())  # type: ignore[arg-type]
+    assert (told.found.final.names, told.vetoed) == (("brake_limit",), ("brake_gain",))
+    assert told.found.not_excited == ("roll",)
+    assert asked == [("brake_gain",)]
 
 
 def test_a_twin_keeps_what_it_learnt_where_an_addition_explains_all(monkeypatch: pytest.MonkeyPatch) -> None:
