@@ -154,7 +154,7 @@ def test_what_may_be_older_than_the_twin_is_told_after_what_is_new(
     course = Course(monkeypatch, "brake_gain", "drive_gain")
     course.world.model.remainder_shape = RemainderShape(unseen={"drive_gain": {"g": open_from}})
     told = course.run()
-    assert [e.name for e in told.effects][0] == first
+    assert told.effects[0].name == first
     assert told.ladder[1].added == first
 
 
