@@ -127,6 +127,7 @@ def test_a_law_has_three_terms_at_most() -> None:
     stub = Stub((10.0, 10.0), [(7.0, 7.0), (5.0, 5.0), (3.0, 3.0), (1.0, 1.0)])
     assert len(stub.run().terms) == 3
     assert "term 3: fitting 2 of 3" in stub.told
+    assert [text for text in stub.told if "like" in text] == [f"term {k}: forms like a-" for k in (1, 2, 3)]
     assert len(stub.rivals) == 2
     assert all(rival.left == 3.3 for rival in stub.rivals)
 

@@ -96,6 +96,13 @@ def test_boxes_belong_to_the_objects_with_the_least_sum_of_distances() -> None:
     assert p.row[1].tolist() == [2, -1]
 
 
+def test_a_box_that_belongs_to_none_takes_no_other_box_away_from_its_object() -> None:
+    """Whatever lies beyond the gate of 1 m counts as 1 m: 0.5 and 1 are less than twice 0.9, 0.5 and 2.3 are not."""
+    objects = {"a": a_track(TIMES, 0.5, 0.0), "b": a_track(TIMES, -0.9, 0.0)}
+    p = asked(objects, boxes([1.0, 1.0, 1.1], [0.0, 1.4, 0.5], [0.0] * 3))
+    assert p.row.tolist() == [[0, -1], [2, -1]]
+
+
 @pytest.mark.parametrize(("late", "seen", "false"), [(0.29, True, 0), (0.31, False, 0)])
 def test_an_object_that_has_only_just_come_is_neither_seen_nor_false(late: float, seen: bool, false: int) -> None:
     """It came at 1.0 s; a box at 1.3 s shows it as it was by the latency before."""

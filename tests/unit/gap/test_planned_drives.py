@@ -104,6 +104,8 @@ def test_a_path_has_a_vertex_each_tenth_of_a_second_and_at_its_end(rows: int, ti
         in (text)
     )
     assert 'Story name="A &lt;test&gt;"' in text
+    begins = re.findall(r'name="(\w+)" delay="0" conditionEdge="none"><ByValueCondition><Simulat\w+ value="0"', text)
+    assert begins == ["AtOnce", "Begin"]
     assert 'value="2.5" rule="greaterOrEqual"' in _after("x", 2.5)
 
 

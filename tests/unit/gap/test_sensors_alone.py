@@ -20,7 +20,12 @@ WANDERS = {"yaw": {"cruise": 0.002}}
 @pytest.fixture(autouse=True)
 def two_drives(monkeypatch: pytest.MonkeyPatch) -> None:
     """A world is its own experiment, as it is beside dead reckoning, too; all data together are those fitted on."""
-    monkeypatch.setattr(module, "ExperimentSet", lambda experiments, lasts, reckons: experiments[0])
+
+    def together(experiments: Any, *, lasts: bool, reckons: bool) -> Any:
+        assert (lasts, reckons) == (True, True)
+        return experiments[0]
+
+    monkeypatch.setattr(module, "ExperimentSet", together)
     monkeypatch.setattr(module, "all_data", lambda search, judges: [search.target, *(f.judge for f in judges)])
 
 
@@ -83,6 +88,20 @@ def test_it_takes_the_place_of_a_name_that_explains_less_and_is_the_rival_of_one
         hidden = {BIAS: 0.0, DRIVE: 1.1}
     worlds = [a_world(does=dict(does), hidden=dict(hidden)) for _ in range(2)]
     assert told(*worlds, named=("drive_gain",)) == expected
+
+
+@pytest.mark.parametrize(("alike", "rivals"), [(0.98, ()), (0.99, ("steer_offset",))])
+def test_what_is_often_confused_with_it_is_its_rival_if_it_explains_nearly_as_much(
+    alike: float, rivals: tuple[str, ...]
+) -> None:
+    """An offset of the steering is no sensor's effect and is asked only then; a mass, which nobody takes for a bias,
+    is not, though it does the same here."""
+    does = {BIAS: 5000.0 * direction(0), ("steer_offset", "offset"): 5000.0 * direction(1, 0, sqrt(alike)),
+            ("mass", "ratio"): 500.0 * direction(0)}  # fmt: skip
+    fitted, other = (a_world(does=dict(does)) for _ in range(2))
+    search = a_search(fitted, "gyro_bias", "mass", "steer_offset")
+    found = with_sensors_asked(search, search.trial((), {}), (Fold(None, other),))  # type: ignore[arg-type]
+    assert (found.final.names, found.rivals) == (("gyro_bias",), rivals)
 
 
 def test_nothing_is_asked_of_a_set_without_another_drive_or_where_the_file_does_not_say_what_wanders() -> None:

@@ -275,6 +275,8 @@ def test_a_signature_in_words() -> None:
     speed = {"share_of_error": 0.5, "share_of_time": 0.39, "bin": "speed 5-10 m/s"}
     assert words(speed=speed)[-1][1] == f"{follows}; 50 % of it at 5-10 m/s, 39 % of the time"
     assert words(speed=speed | {"share_of_time": 0.41})[-1][1] == follows
+    just = speed | {"share_of_error": 0.1, "share_of_time": 0.0}
+    assert words(speed=just)[-1][1] == f"{follows}; 10 % of it at 5-10 m/s, 0 % of the time"
     wave = {"share": 0.3, "frequency": 1.2345, "unit": "Hz"}
     assert words(rhythm=[wave, None])[-1][1] == f"{follows}; 30 % of it repeats at 1.23 Hz"
     assert words(rhythm=[wave | {"share": 0.29}])[-1][1] == follows
