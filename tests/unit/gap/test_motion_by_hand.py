@@ -47,6 +47,16 @@ def moved(inputs: str = "", **columns: FloatArray) -> Motion:
     return motion(Log({name: c for name, c in (known | columns).items() if c is not None}), model(inputs))  # type: ignore[arg-type]
 
 
+def test_where_rows_are_rarer_than_a_tenth_of_a_second_speeds_are_smoothed_over_the_neighbours() -> None:
+    """4, 7, 4, 7, ... a second each: 5 and 6 in between, and of two at the ends."""
+    t = np.arange(6.0)
+    v = np.array([4.0, 7.0, 4.0, 7.0, 4.0, 7.0])
+    log = Log({"t": t, "v": v, "yaw_rate": 0.1 * v, "accel_cmd": 0.0 * t, "steer_cmd": 0.0 * t})
+    found = motion(log, model())  # type: ignore[arg-type]
+    assert found.v == pytest.approx([5.5, 5.0, 6.0, 5.0, 6.0, 5.5])
+    assert found.yaw_rate == pytest.approx(0.1 * found.v)
+
+
 def test_speed_and_yaw_rate_follow_from_path_and_heading_where_they_are_not_measured() -> None:
     nothing = np.full(100, np.nan)
     found = moved(v=nothing, yaw_rate=nothing, x=3.0 * T, y=-4.0 * T, yaw=0.7 * T)
