@@ -58,6 +58,20 @@ def test_coloured_noise_becomes_white(phi: float) -> None:
     assert abs(np.mean(white[1:] * white[:-1])) < 0.05
 
 
+@pytest.mark.parametrize("white", ["v", "x"])
+def test_one_channel_that_is_white_or_quiet_leaves_the_others_as_coloured_as_they_are(white: str) -> None:
+    """A speed that shows 0 at standstill, and a position of white noise of 0.1 m."""
+    t, measured = parked(0.9, seconds=100.0)
+    alone = whitening(t, measured, judged(0.02))
+    both = judged(0.02)
+    both[CHANNELS.index(white)] = 0.1
+    if white == "x":
+        measured[:, 0] = 0.1 * noise(len(t), 0.0, 3)
+    found = whitening(t, measured, both)
+    assert found.independent[AX] == alone.independent[AX] < 0.1
+    assert found.independent[CHANNELS.index(white)] == 1.0
+
+
 def test_a_gap_and_a_start_have_no_neighbour() -> None:
     t, measured = parked(0.9, seconds=100.0)
     found = whitening(t, measured, judged(0.02))

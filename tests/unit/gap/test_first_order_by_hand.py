@@ -194,6 +194,20 @@ def test_the_formal_deviation_of_what_is_imitated(monkeypatch: pytest.MonkeyPatc
     assert count == 2
 
 
+def test_keys_that_change_other_samples_imitate_each_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """3 + 10 g and 4 - 20 h are least at -0.3 and 0.2 of a range of 2."""
+    for name in ("moderated", "rounded_imitation"):
+        monkeypatch.setattr(f"pytest_dvp.gap.diagnose.imitation.{name}", lambda found, *rest: found)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    group: Any = SimpleNamespace(
+        settle=lambda values: None,
+        whitened=lambda at: np.array([3.0 + 10.0 * at.get("g", 0.0), 4.0 - 20.0 * at.get("h", 0.0)]),
+    )
+    both = [SimpleNamespace(name=n, key=None, to_unit=float, value=float, slope=lambda u: 2.0) for n in "gh"]
+    found: Any = imitation([group], [SimpleNamespace(coordinates=both, points=[{"g": 0.0, "h": 0.0}])])  # type: ignore[list-item]
+    assert found == {"g": pytest.approx([-0.6], rel=1e-5), "h": pytest.approx([0.4], rel=1e-5)}
+
+
 @pytest.mark.parametrize(("how", "known"), [(True, False), (False, True)])
 def test_a_key_that_only_says_how_imitates_nothing_alone(how: bool, known: bool, monkeypatch: Any) -> None:
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: how)

@@ -44,3 +44,21 @@ def test_a_yaw_rate_is_half_a_second_early_or_late_at_most(late: float, told: li
     """By 1.2 s it is no late one: each segment is off by 0.4 rad then, and a radian is no more than ten times that."""
     aligned = YAW - np.clip(0.5 * (4.0 - T), 0.0, 1.0)
     assert np.flatnonzero(faults(aligned, 0.3 * np.sin(0.7 * (T - late)))).tolist() == told
+
+
+@pytest.mark.parametrize(("segments", "told"), [(4, []), (5, [0]), (6, [0])])
+def test_what_segments_usually_show_is_known_from_five_of_them_on(segments: int, told: list[int]) -> None:
+    aligned = YAW - np.clip(0.5 * (4.0 - T), 0.0, 1.0)
+    few, early = slice(None, segments), np.arange(len(T)) < 250 * segments
+    assert np.flatnonzero(heading_faults(T, aligned, RATE, STARTS, ENDS, early)).tolist() == told
+    every = np.ones(len(T), dtype=np.bool_)
+    assert np.flatnonzero(heading_faults(T, aligned, RATE, STARTS[few], ENDS[few], every)).tolist() == told
+
+
+@pytest.mark.parametrize(("rows", "told"), [(4, []), (5, [0])])
+def test_a_segment_is_judged_from_five_rows_on(rows: int, told: list[int]) -> None:
+    """The first one, in which the heading aligns itself, is seen at rows half a second apart from 1.98 s on."""
+    aligned = YAW - np.clip(0.5 * (4.0 - T), 0.0, 1.0)
+    counted = T >= 5.0
+    counted[99 : 99 + 25 * rows : 25] = True
+    assert np.flatnonzero(heading_faults(T, aligned, RATE, STARTS, ENDS, counted)).tolist() == told

@@ -285,9 +285,11 @@ class Moved(Stub):
     def __init__(self, left: dict[tuple[str, float], float]) -> None:
         super().__init__((3.0, 3.0), [])
         self.left = left
+        self.sizes: list[float] = []
 
     def _fitted(self, terms: Any) -> _Fitted:
         last = terms[-1]
+        self.sizes.append(abs(last.coefficient))
         return _Fitted(terms, None, self.left.get((last.point.name, float(np.sign(last.c))), 9.0), 1.0)
 
 
@@ -295,6 +297,7 @@ def test_the_same_form_at_another_point_is_as_good_within_two_hundredths() -> No
     now = a_fit(1.0, 1.0, a_term("drag", "v"), Term(AT["brake"], BRAKED, c=2.0))
     moved = Moved({("drag", -1.0): 1.019, ("accel", 1.0): 1.021, ("v", 1.0): 1.01, ("steer", 1.0): 1.0})
     assert _Discovery._elsewhere(moved, now) == ("brake", "drag", "v")
+    assert moved.sizes == pytest.approx([now.terms[-1].coefficient] * len(moved.sizes))
     much = a_fit(4.0, 1.0, Term(AT["brake"], BRAKED, c=2.0))
     assert _Discovery._elsewhere(Moved({("drag", 1.0): 4.079, ("accel", 1.0): 4.081}), much) == ("brake", "drag")
 

@@ -130,6 +130,7 @@ def test_shapes_of_the_steering() -> None:
     dwell = _dwell(0.1)
     peak = 0.75 / 0.7
     assert dwell(0.25 / 0.7) == pytest.approx(0.1)
+    assert [dwell(t / 0.7) for t in (0.125, 0.625)] == pytest.approx([0.1 / math.sqrt(2.0), -0.1 / math.sqrt(2.0)])
     assert [dwell(peak + t) for t in (-1e-9, 0.0, 0.25, 0.5)] == pytest.approx([-0.1] * 4)
     assert dwell(peak + 0.5 + 0.125 / 0.7) == pytest.approx(-0.1 * math.sin(math.pi / 4.0))
     assert dwell(1.0 / 0.7 + 0.5) == 0.0

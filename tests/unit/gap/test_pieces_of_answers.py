@@ -293,6 +293,15 @@ def test_logs_that_share_no_time_are_no_model_of_each_other(begin: float, told: 
     assert told in str(refused.value)
 
 
+@pytest.mark.parametrize("begin", [10.0, -1.0])
+def test_logs_that_share_an_instant_have_time_in_common(begin: float) -> None:
+    t = np.arange(0.0, 10.5, 0.5)
+    other = LogSubject(Log({"t": begin + 0.5 * np.arange(3.0), "v": np.ones(3)}), "b.csv")
+    whole: Any = SimpleNamespace(starts=np.array([0]), ends=np.array([len(t)]), states=np.full((1, 6), np.nan))
+    other.output(Log({"t": t}), whole)
+    assert np.flatnonzero(np.isfinite(other.at(t)[:, CHANNELS.index("v")])).tolist() == [20 if begin > 0.0 else 0]
+
+
 def test_rows_in_which_a_second_log_has_all_of_its_motion() -> None:
     t = 0.1 * np.arange(4.0)
     log = Log({"t": t})

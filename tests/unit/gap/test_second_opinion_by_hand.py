@@ -199,6 +199,36 @@ def test_of_data_without_noise_a_gain_counts_from_a_twentieth_of_the_equations(
     assert (found["first"] == "a") is named
 
 
+def test_where_less_than_the_noise_is_left_gains_count_in_billionths_of_the_equations(engine: Any) -> None:
+    engine(form("a", A), form("b", B))
+    quiet = 0.05 * ROUGH + 0.01 * A
+    ranking = dict(votes({"x": seen(quiet)}, BARE)["ranking"])
+    for name, column in (("a", A), ("b", B)):
+        assert ranking[name] == pytest.approx(taken(10.0 * quiet, 10.0 * column[:, None], FOLD) / (1e-9 * N), rel=1e-6)
+
+
+@pytest.mark.parametrize(("gain", "ranked"), [(3.0, True), (np.nan, False), (np.inf, False)])
+def test_a_gain_that_is_no_number_is_none(
+    gain: float, ranked: bool, engine: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine(form("a", A))
+    monkeypatch.setattr(equation_error, "_gain", lambda form, tables: (gain, 1))
+    found = votes({"x": seen(DV)}, BARE)
+    assert [name for name, _ in found["ranking"]] == (["a"] if ranked else [])
+    assert found["not_judged"] == (["b", "c"] if ranked else ["a", "b", "c"])
+
+
+@pytest.mark.parametrize("p", [0.5, 1.0, *(0.5 * r for r in (0.55, 0.75, 0.9)), *(1.0 * r for r in (1.1, 1.25, 1.6))])
+def test_about_the_best_point_of_a_grid_six_more_are_tried(p: float) -> None:
+    """At steps of a ratio of 2, what has one of these is explained wholly, what lies between leaves a rest."""
+    gain = _gain(shaped("c", 0.5, 1.0), [_Table(seen(p * A))])
+    assert gain is not None
+    assert gain == (pytest.approx(100.0 * p * p * A @ A), 1)
+    off = _gain(shaped("c", 0.5, 1.0), [_Table(seen(1.03 * p * A))])
+    assert off is not None
+    assert off[0] < 0.9995 * 100.0 * (1.03 * p) ** 2 * A @ A
+
+
 @pytest.mark.parametrize(("rows", "judged"), [(49, False), (50, True)])
 def test_a_log_of_fewer_than_50_rows_and_a_model_with_effects_are_not_judged(
     engine: Any, rows: int, judged: bool
