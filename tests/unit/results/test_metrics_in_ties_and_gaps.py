@@ -101,6 +101,8 @@ def test_the_time_between_instants_is_that_of_the_road_users_where_there_is_but_
     log = log_of(objects={"once": track(np.array([3.0]), 0.0, 0.0), "a": track(np.array([0.0, 0.2, 0.4]), 0.0, 0.0)})
     assert _step(np.array([1.0]), log) == pytest.approx(0.2)
     assert _step(np.array([1.0, 1.5]), log) == 0.5
+    twice = log_of(objects={"a": track(np.array([0.0, 0.3]), 0.0, 0.0)})
+    assert _step(np.array([1.0]), twice) == pytest.approx(0.3)
     assert _step(np.array([1.0]), log_of()) == 0.0
 
 

@@ -146,6 +146,16 @@ def test_lateral_safe_distance(toward: float, away: float, distance: float) -> N
     assert float(found[0]) == pytest.approx(distance)
 
 
+@pytest.mark.parametrize(("y", "side"), [(3.0, 1.0), (0.5, 1.0), (0.0, 1.0), (-0.5, -1.0), (-3.0, -1.0)])
+def test_lateral_speeds_count_towards_the_side_where_the_other_one_is(y: float, side: float) -> None:
+    """An ego along x that drifts to the left by 0.4 m/s, and one 8 m ahead that drifts to the right by 0.3 m/s."""
+    ego, other = np.array([[0.0, 0.0, 0.0, 4.0, 2.0, 10.0, 0.4]]), np.array([[8.0, y, 0.0, 4.0, 2.0, 9.0, -0.3]])
+    along, across, rear, front, mine, its = (float(one[0]) for one in _seen(ego, other))
+    assert (along, across) == (4.0, max(abs(y) - 2.0, 0.0))
+    assert (rear, front) == (10.0, 9.0)
+    assert (mine, its) == (side * 0.4, -side * 0.3)
+
+
 # --- verdicts
 
 
@@ -361,6 +371,14 @@ def test_places_of_a_gate_file_are_checked_on_the_road_beside_it(tmp_path: Path,
     if goal:
         file.write_text(f'[task]\ngoal = {goal}\n\n[[gate]]\nmetric = "collision"\nmax = 0\n')
     assert [finding.element for finding in check_beside(file)] == told
+
+
+def test_what_is_wrong_with_a_gate_file_itself_is_told_by_its_own_check(tmp_path: Path) -> None:
+    shutil.copy(Path(scenarios.__file__).parent / "follow.xosc", tmp_path)
+    file = tmp_path / "follow.gates.toml"
+    for text in ("[[gate", '[[gate]]\nmetric = "no such metric"\nmax = 0\n'):
+        file.write_text(text)
+        assert check_beside(file) == ()
 
 
 # --- options and detections

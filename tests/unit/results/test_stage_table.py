@@ -9,7 +9,7 @@ import pytest
 from results_logs import log_of, times
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.verdicts.stage_table import stage_table
+from pytest_dvp.verdicts.stage_table import _single, stage_table
 
 T = times(40.0)
 
@@ -39,6 +39,13 @@ def test_what_is_not_defined_says_why_and_is_no_number() -> None:
     cell = table.cell("ego y", "rw")
     assert (cell.value, cell.text) == (None, "-")
     assert cell.reason == "the signal is constant"
+
+
+def test_a_row_that_is_defined_for_no_stage_has_the_unit_of_its_metric_and_without_stages_none() -> None:
+    """A car at 5 m/s never creeps, which is a way in metres."""
+    found = _single("rolled", "creep", {"dt": drive(0.0)})
+    assert (found.unit, found.cells[0].value) == ("m", None)
+    assert _single("rolled", "creep", {}).unit == "-"
 
 
 def test_it_is_plain_data_and_fits_a_terminal() -> None:
