@@ -301,6 +301,17 @@ def test_the_direction_is_drawn_by_its_share(drawn: float, where: list[int]) -> 
     assert crowd.came == [("swarm", where, 8.0)]
 
 
+@pytest.mark.parametrize("h", [0.5 * math.pi, -0.5 * math.pi, 2.0])
+def test_the_same_direction_is_that_of_the_central_entity_wherever_it_heads(h: float) -> None:
+    crowd: Any = Written([(15.0, 20.0, h), (14.1, 20.0, h + math.pi), (5.0, 20.0, h + 1.5), (5.0, 20.0, h + 1.6)])
+    crowd.random = SimpleNamespace(random=lambda: 0.0)
+    sides = SimpleNamespace(same=1.0, opposite=1.0)
+    flow = swarm(1, h, direction_of_travel_distribution=sides, semi_minor_axis=10.0)
+    flow._kinds = SimpleNamespace(draw=lambda crowd: None)  # type: ignore[assignment]
+    flow.come_and_go(crowd, 0.0)
+    assert crowd.came == [("swarm", [0, 2], 8.0)]
+
+
 def test_the_speed_of_a_swarm_is_drawn_from_its_range_else_given_else_the_limit() -> None:
     crowd: Any = Written(ROUND)
     crowd.random = SimpleNamespace(uniform=lambda low, high: (low, high))

@@ -117,6 +117,15 @@ def test_without_a_road_network_there_are_no_roads(make: Make, position: Any) ->
         place(position, bare)
 
 
+@pytest.mark.parametrize(("z", "told"), [(None, 0.0), (0.0, 0.0), (2.0, 2.0), (-1.5, -1.5)])
+def test_a_height_that_is_given_is_kept_and_else_it_is_the_road_s(
+    board: Storyboard, make: Make, z: float | None, told: float
+) -> None:
+    position = model.WorldPosition(x=50.0, y=-1.75, z=z)
+    assert place(position, board).z == pytest.approx(told)
+    assert place(position, make(A=[], without_road=True)).z == told
+
+
 # --- relative to an entity
 
 

@@ -90,6 +90,15 @@ def test_closed_polyline_returns_to_its_start() -> None:
     assert square.at(40.0)[:2] == (0.0, 0.0)
 
 
+@pytest.mark.parametrize(("x", "y"), [(0.0, 5.0), (3.0, 0.0), (-2.0, 7.0)])
+def test_what_ends_where_it_began_is_closed_already(x: float, y: float) -> None:
+    """Wherever it begins; a corner of 10 m by 10 m and its diagonal."""
+    corners = ((None, x, y), (None, x + 10, y), (None, x + 10, y + 10), (None, x, y))
+    path = along(polyline(*corners), closed=True)
+    assert path.length == pytest.approx(20.0 + math.hypot(10.0, 10.0))
+    assert len(path.x) == len(along(polyline(*corners)).x)
+
+
 def test_time_stamps_give_the_way() -> None:
     timed = along(polyline((0.0, 0, 0), (2.0, 10, 0), (3.0, 40, 0)))
     assert timed.s_at(1.0) == pytest.approx(5.0)
