@@ -124,6 +124,16 @@ def test_only_a_restart_on_the_way_tells_the_sensors_that_the_car_was_moved(plai
     assert seen == [0.0, 0.0, 1.0, 0.0]
 
 
+@pytest.mark.parametrize("row", [1, 2, 3])
+def test_a_replay_begins_anew_at_whichever_row_it_is_told(row: int, plain: Plain) -> None:
+    """At 2 m/s from 0 m and from there on at 7 m/s from 50 m, in a row each 0.1 s."""
+    states = [[0.0, 0.0, 0.0, 2.0, 0.0, 0.0], [50.0, -3.0, 0.0, 7.0, 0.0, 0.0]]
+    out, _ = replayed(plain, [[0.0, 0.0]] * 4, starts=[0, row], states=states)
+    assert out[:, 3].tolist() == [2.0] * row + [7.0] * (4 - row)
+    assert out[:, 0] == pytest.approx([0.2 * k if k < row else 50.0 + 0.7 * (k - row) for k in range(4)])
+    assert out[:, 1].tolist() == [0.0] * row + [-3.0] * (4 - row)
+
+
 def test_a_car_with_tyres_begins_on_the_curve_of_its_steering(plain: Plain) -> None:
     """Where the log knows no yaw rate; a known one is kept, and so is that of a car without tyres."""
     start = [0.0, 0.0, 0.0, 10.0, 0.0, NAN]

@@ -3,6 +3,8 @@ coordinate system": s along the trajectory, t to its left); without one there ar
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from openscenario.storyboard.distances import measure
@@ -48,6 +50,17 @@ def test_s_and_t_are_those_of_the_trajectory(make: Make, x: float, y: float, s: 
     assert measure(board, a, b, kind="lateral", system="trajectory", free=False)() == pytest.approx(t)
     run(board, 1.0)
     assert measure(board, a, b, kind="longitudinal", system="trajectory", free=False)() == pytest.approx(s - 10.0)
+
+
+@pytest.mark.parametrize(("y", "h", "t"), [(3.0, 0.5 * math.pi, 1.0), (6.0, -0.5 * math.pi, 1.0),
+                                           (4.0, -0.5 * math.pi, 0.0), (-3.0, -0.5 * math.pi, -1.0)])  # fmt: skip
+def test_who_stands_across_reaches_as_far_aside_as_its_ends(make: Make, y: float, h: float, t: float) -> None:
+    """Its front is 4 m from its reference point and its rear 1 m; A's sides are 1 m from the trajectory."""
+    board = make(A=[speed(10.0), CORNER], B=[world(20.0, y, h)], without_road=True)
+    run(board, 0.0)
+    a, b = board.entities["A"], board.entities["B"]
+    found = measure(board, a, b, kind="lateral", system="trajectory", free=True)()
+    assert found == pytest.approx(t, abs=1e-9)
 
 
 def test_free_distances_are_between_the_bodies(make: Make) -> None:

@@ -222,7 +222,8 @@ def test_influence_is_greatest_where_a_basis_function_has_its_peak() -> None:
 
 
 @pytest.mark.parametrize(
-    ("places", "last"), [([0.0, 0.4, 0.8], 0.4), ([0.0, 0.2, 0.55, 1.0], 0.2), ([0.0, 0.1, 0.45, 1.0], 0.45)]
+    ("places", "last"),
+    [([0.0, 0.4, 0.8], 0.4), ([0.0, 0.2, 0.55, 1.0], 0.2), ([0.0, 0.1, 0.45, 1.0], 0.45), ([0.0, 0.4, 0.5002], 0.4)],
 )
 def test_between_places_a_peak_counts_for_the_one_before(places: list[float], last: float) -> None:
     """The middle one's peak at 1/2 lies behind 0.4 and 0.45, and before 0.55: there it has been greater."""
