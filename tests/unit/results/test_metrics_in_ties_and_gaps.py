@@ -116,6 +116,27 @@ def test_who_is_just_before_the_bumper_counts_unless_it_is_asked_for_beyond(name
     assert compute(name, log, beyond=0.4).valid
 
 
+AHEAD = ("detection_recall", "track_position_error", "track_yaw_error", "track_speed_error", "track_size_error",
+         "kind_error", "track_coasting")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", AHEAD)
+def test_ahead_is_whose_middle_is_ahead_of_the_bumper(name: str) -> None:
+    """The ego's front is at 2.7 m."""
+    for x, ahead in ((3.2, True), (2.2, False)):
+        log = log_of(objects={"a": track(INSTANTS, x, 0.0)}, detections=detected(INSTANTS, x))
+        assert compute(name, log).valid is ahead
+        assert not compute(name, log, beyond=0.6).valid
+
+
+def test_detections_that_are_nobody_count_ahead_of_the_bumper() -> None:
+    """One of them for each instant, a tenth of a second each."""
+    for x, seconds in ((3.2, 10.1), (2.2, 0.0)):
+        log = log_of(objects={"a": track(INSTANTS, 15.0, 0.0)}, detections=detected(INSTANTS, x))
+        assert compute("false_tracks", log).value == pytest.approx(seconds)
+        assert compute("false_tracks", log, beyond=0.6).value == 0.0
+
+
 def test_an_estimate_without_any_error_is_worst_where_it_is_known() -> None:
     t = times()
     log = log_of(columns={"ads.v": np.where(t < 2.0, np.nan, 0.0)})
