@@ -15,7 +15,17 @@ from pytest_dvp.gap.compare.regimes import REGIMES
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.gap.words import comparison_page, diagnosis_page
-from pytest_dvp.gap.words.diagnosis_page import Typed, _close, _Drawn, _level, _null_level, _over_time, _rest, _turned
+from pytest_dvp.gap.words.diagnosis_page import (
+    Typed,
+    _close,
+    _Drawn,
+    _level,
+    _null_level,
+    _over_time,
+    _rest,
+    _turned,
+    _whole,
+)
 
 NAN = math.nan
 X, Y, YAW, V, RATE = (CHANNELS.index(name) for name in ("x", "y", "yaw", "v", "yaw_rate"))
@@ -304,3 +314,9 @@ def test_the_input_of_a_page_of_a_diagnosis(asked: list[Any]) -> None:
     unknown = dataclasses.replace(FOUND, verdict="UNKNOWN", effects=())
     none = diagnosis_page.diagnosis_page(unknown, {"a": None}, None)  # type: ignore[arg-type, dict-item]
     assert (none["changed"], none["null_line"], none["model"]) == (False, None, "model.toml")
+
+
+def test_what_is_indented_goes_on_with_the_line_before_it() -> None:
+    assert _whole(["a", "  b", "c", "d", "    e f", " g"]) == ["a b", "c", "d e f g"]
+    assert _whole(["  a", "b"]) == ["  a", "b"]
+    assert _whole([]) == []
