@@ -140,6 +140,31 @@ def test_a_detector_looks_where_it_sees_a_fifth_of_what_is_in_clear_view(found: 
     assert pairs(bearing, 10.0, seen).in_field_of_view()[0].tolist() == [*[looks] * 10, True, False]
 
 
+ROUND = [-2.5, -1.6, -0.5, 0.5, 1.6, 2.5]
+
+
+@pytest.mark.parametrize("k", range(len(ROUND)))
+@pytest.mark.parametrize("turns", [-1, 0, 1, 2])
+def test_a_detector_that_looks_to_one_side_does_not_look_to_another(k: int, turns: int) -> None:
+    """A bearing is the same whatever whole turns are in it."""
+    bearing = [*ROUND[:k], ROUND[k] + 2.0 * np.pi * turns, *ROUND[k + 1 :]]
+    seen = [j == k for j in range(len(ROUND))]
+    assert pairs(bearing, 10.0, seen).in_field_of_view()[0].tolist() == seen
+
+
+@pytest.mark.parametrize("ego", [(0.0, 0.0), (7.0, 50.0), (-30.0, 4.0)])
+def test_who_is_behind_another_one_is_hidden_wherever_the_ego_is(ego: tuple[float, float]) -> None:
+    """Ahead of it at 10 m and 20 m, and one as far away to the left."""
+    x, y = ego
+    objects = {
+        "near": a_track(TIMES, x + 10.0, y),
+        "far": a_track(TIMES, x + 20.0, y),
+        "left": a_track(TIMES, x, y + 20.0),
+    }
+    p = asked(objects, boxes([1.0, 1.1], [x, x], [y, y]), x=x, y=y)
+    assert p.hidden.tolist() == [[0.0, 1.0, 0.0]] * 2
+
+
 def test_the_field_of_view_is_told_by_what_is_near_and_in_clear_view() -> None:
     """Of ten in a sector one is seen. What is beyond all that was seen, hidden or absent counts for nothing."""
     seen = [True, *[False] * 9]

@@ -57,6 +57,7 @@ def key(neutral: float, least: float = 0.1) -> Key:
         (_dampened, 0.0, 1.2, 0.2, 0.3, 1.5),  # five times at most
         (_dampened, 0.0, -1.2, 0.2, 0.3, -1.5),
         (_dampened, 1.0, 1.6, 1.2, 1.3, 1.9),  # counted from doing nothing
+        (_dampened, 1.0, 0.85, 0.9, 0.8, 0.7),  # to the other side, too: half as much again
         (_variance, 0.0, 0.5, 0.4, 0.4, 0.5),
         (_variance, 0.0, 0.3, 0.5, 0.2, 0.0),
         (_variance, 0.0, 0.4, 0.0, 0.3, 0.5),
