@@ -29,7 +29,13 @@ def asked(
     """Rivals, lines of progress, and what the starts of the segments were moved for."""
     ticks: list[str] = []
     moved: list[Any] = []
-    monkeypatch.setattr(module, "candidates", lambda model, known, ay, refined: tried(*names))
+
+    def offered(model: Any, known: Any, *, ay: bool, refined: bool) -> Any:
+        assert refined  # what changes while driving may be what a law was found for
+        assert ay is False  # no lateral acceleration is measured here
+        return tried(*names)
+
+    monkeypatch.setattr(module, "candidates", offered)
     monkeypatch.setattr(module, "input_map", lambda model: ((), {}))
     monkeypatch.setattr(module, "settle", lambda data, values: moved.append((data, dict(values))))
     found = list(known_rivals(target, judge, model, {}, ticks.append))  # type: ignore[arg-type]

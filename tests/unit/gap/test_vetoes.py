@@ -275,6 +275,9 @@ def test_a_zero_of_its_own_must_gain_a_hundredth(level: float, shift: float, out
 def test_what_is_no_zero_is_not_judged_by_a_set_up() -> None:
     search, found = named((DRIVE, 2.0))
     assert after(search, found, loses(DRIVE, 1.0), apart=lambda: (zero_of_the_day(0.0, 0.0),)).vetoed == ("drive_gain",)
+    asked: list[bool] = []
+    left = after(search, found, loses(DRIVE, 1.0), apart=lambda: asked.append(True) or (zero_of_the_day(0.0, 0.0),))
+    assert (left.vetoed, asked) == (("drive_gain",), [])  # for what is of the car, no judges of the day are made
 
 
 @pytest.mark.parametrize(
