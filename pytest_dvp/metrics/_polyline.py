@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
+from numpy.typing import NDArray
 
 from machine_code import compiled
 from pytest_dvp.logs.log_contents import FloatArray
 
-WINDOW = 32  # segments before and behind the nearest one that are looked at while no other can come near
-RETRY = 64  # points until a window is looked for again, where the last one did not help; both chosen by measuring
+Indices: TypeAlias = NDArray[np.int64]
+
+NEAR = 1.0  # m that a point may move until the segments that could be nearest to it are gathered anew
+RETRY = 64  # points until they are gathered again, where those before served no other point; both chosen by measuring
 SLACK = 1e-6  # m, far above what rounding does to a distance on a road
 
 
 @compiled
-def least_outside(x: float, y: float, line: FloatArray, low: int, high: int, longest: float) -> float:
-    """A distance [m] that no segment of `line` (m, 2) beside those of low to high - 1 comes nearer to a point than."""
-    least = np.inf
-    for k in range(line.shape[0]):
-        if k <= low or k >= high:
-            dx, dy = x - line[k, 0], y - line[k, 1]
-            least = min(least, dx * dx + dy * dy)
-    return float(np.sqrt(least)) - longest
+def gather(x: float, y: float, line: FloatArray, reach: float, close: Indices) -> int:
+    """How many segments of `line` (m, 2) begin within `reach` [m] of a point; `close` (m - 1,) gets which, in order."""
+    count = 0
+    for k in range(line.shape[0] - 1):
+        dx, dy = x - line[k, 0], y - line[k, 1]
+        if dx * dx + dy * dy <= reach * reach:
+            close[count] = k
+            count += 1
+    return count
 
 
 @compiled
@@ -39,21 +45,25 @@ def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArra
         longest = max(longest, np.hypot(line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]))
     if longest == 0.0:
         return result
-    guess = 0
-    # As seen from (at_x, at_y) [m], all segments but those of low to high - 1 are at least `outside` [m] away.
-    at_x, at_y, outside, low, high, retry = 0.0, 0.0, -np.inf, 0, m - 1, 0
+    # Seen from within NEAR of (at_x, at_y) [m], the nearest segment is among the first `count` of `close`.
+    close, count = np.empty(m - 1, dtype=np.int64), 0
+    at_x, at_y, guess, retry = np.nan, np.nan, 0, 0
     for i in range(n):
         best, nearest, offset = np.inf, np.inf, np.nan
+        known = (x[i] - at_x) ** 2 + (y[i] - at_y) ** 2 <= NEAR * NEAR
+        if known:
+            retry = 0
         # The last nearest segment first: it gives a bound that skips almost all others.
-        k, end = -1, m - 1
+        k, end = -1, count if known else m - 1
         while k < end:
-            here = guess if k < 0 else k
+            here = guess if k < 0 else close[k] if known else k
             k += 1
             dx, dy = x[i] - line[here, 0], y[i] - line[here, 1]
             spare = np.sqrt(dx * dx + dy * dy) - nearest - longest
             if spare > 0.0:
-                # Each segment comes at most `longest` nearer, so this many more cannot be the nearest either.
-                k += int(min(spare / longest, float(m)))
+                if not known:
+                    # Each segment comes at most `longest` nearer, so this many more cannot be the nearest either.
+                    k += int(min(spare / longest, float(m)))
                 continue
             ex, ey = line[here + 1, 0] - line[here, 0], line[here + 1, 1] - line[here, 1]
             length2 = ex * ex + ey * ey
@@ -69,11 +79,9 @@ def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArra
                 beyond = (here == 0 and along < 0.0) or (here == m - 2 and along > 1.0)
                 side = 1.0 if ex * dy - ey * dx >= 0.0 else -1.0
                 offset = np.nan if beyond else side * nearest
-            if k == 0 and outside - np.hypot(x[i] - at_x, y[i] - at_y) > nearest + SLACK:
-                k, end = low, high
         result[i] = offset
-        if end == m - 1 and i >= retry and m > 4 * WINDOW:
-            low, high = max(0, guess - WINDOW), min(m - 1, guess + WINDOW + 1)
+        if not known and i >= retry and nearest < np.inf:
             at_x, at_y, retry = x[i], y[i], i + RETRY
-            outside = least_outside(at_x, at_y, line, low, high, longest)
+            # Until the point has moved by NEAR, others come that much nearer, and what is nearest goes that far away.
+            count = gather(at_x, at_y, line, nearest + longest + 2.0 * NEAR + SLACK, close)
     return result

@@ -15,7 +15,7 @@ from pytest_dvp.metrics._box_collision_time import time_to_collision
 from pytest_dvp.metrics._box_touch import touch
 from pytest_dvp.metrics._encroachment import least_time
 from pytest_dvp.metrics._low_pass import low_pass
-from pytest_dvp.metrics._polyline import lateral_offsets, least_outside
+from pytest_dvp.metrics._polyline import gather, lateral_offsets
 from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.traffic_light import _lights, is_green, is_red, red_light, start_up_delay, stop_line
 
@@ -24,23 +24,11 @@ QUARTER = 0.5 * math.pi
 # --- lines
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "nearest"),
-    [
-        (0, 0, 4.0),
-        (0, 1, 4.0),
-        (1, 2, 4.0),
-        (0, 2, 5.0),
-        (-1, 1, 4.0),
-        (-1, 2, math.hypot(6.0, 4.0)),
-        (-1, 3, math.inf),
-    ],
-)
-def test_what_lies_outside_a_part_of_a_line(low: int, high: int, nearest: float) -> None:
-    """From (3, 4): (0, 0) is 5 m away, (3, 0) 4 m, (9, 0) hypot(6, 4); a segment comes nearer than its ends by its
-    length at most. The ends of the part belong to what lies outside it."""
-    line = np.array([[0.0, 0.0], [3.0, 0.0], [9.0, 0.0]])
-    assert least_outside(3.0, 4.0, line, low, high, 1.5) == pytest.approx(nearest - 1.5)
+@pytest.mark.parametrize(("reach", "found"), [(3.9, []), (4.1, [1]), (5.1, [0, 1]), (100.0, [0, 1])])
+def test_which_segments_begin_near(reach: float, found: list[int]) -> None:
+    """From (3, 4): (0, 0) is 5 m away, (3, 0) 4 m; no segment begins at the end of the line."""
+    line, close = np.array([[0.0, 0.0], [3.0, 0.0], [9.0, 0.0]]), np.zeros(2, dtype=np.int64)
+    assert close[: gather(3.0, 4.0, line, reach, close)].tolist() == found
 
 
 @pytest.mark.parametrize(
@@ -58,7 +46,7 @@ def test_an_offset_from_a_bent_line(point: tuple[float, float], offset: float, s
 
 @pytest.mark.parametrize("speed", [0.05, 0.5, 40.0])
 def test_an_offset_from_a_long_line_is_the_same_along_it(speed: float) -> None:
-    """Longer than the window that is searched first: a circle of 50 m in steps of a degree, driven 2 m inside it."""
+    """Longer than what is searched first: a circle of 50 m in steps of a degree, driven 2 m inside it."""
     turn = np.radians(np.arange(300.0))
     line = np.column_stack((50.0 * np.cos(turn), 50.0 * np.sin(turn)))
     at = np.radians(np.minimum(0.5 + speed * np.arange(400.0), 298.0))
@@ -66,6 +54,26 @@ def test_an_offset_from_a_long_line_is_the_same_along_it(speed: float) -> None:
     sag = 50.0 * (1.0 - math.cos(math.radians(0.5)))  # of a chord below the circle
     assert (found <= 2.0 + 1e-9).all()
     assert (found >= 2.0 - sag - 1e-9).all()
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.05, 0.9, 40.0])
+def test_an_offset_is_that_of_the_nearest_of_all_segments(speed: float) -> None:
+    """Two laps of a square, the second one 0.3 m further in: beside them and far from them, slowly and in leaps."""
+    side = np.arange(0.0, 40.0)
+    lap = np.concatenate([
+        np.column_stack((side, 0 * side)), np.column_stack((40.0 + 0 * side, side)),
+        np.column_stack((40.0 - side, 40.0 + 0 * side)), np.column_stack((0 * side, 40.0 - side)),
+    ])  # fmt: skip
+    line = np.concatenate([lap, 0.985 * lap + 0.3])
+    at = speed * np.arange(200.0)
+    x, y = 20.0 + 19.0 * np.cos(at / 20.0) + 0.3 * at, 20.0 + 19.0 * np.sin(at / 20.0)
+    start, step = line[:-1, None], np.diff(line, axis=0)[:, None]
+    points = np.column_stack((x, y))
+    along = np.clip(((points - start) * step).sum(axis=2) / (step**2).sum(axis=2), 0.0, 1.0)
+    least = np.linalg.norm(points - start - along[..., None] * step, axis=2).min(axis=0)
+    found = np.abs(lateral_offsets(x, y, line))
+    assert found[np.isfinite(found)] == pytest.approx(least[np.isfinite(found)])
+    assert np.isfinite(found).any()
 
 
 # --- boxes of 4 m by 2 m
