@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
@@ -29,7 +30,7 @@ from openscenario.road.positions import Pose, RoadPosition
 from openscenario.road.profile import Floats
 from openscenario.road.repairs import LENIENT, Roads
 from openscenario.road.route import RouteError, RouteLane
-from openscenario.road.tables import LANE_DIRECTION, make_tables
+from openscenario.road.tables import driving_signs, make_tables
 
 __all__ = ["Boundary", "Crosswalk", "Pose", "RoadNetwork", "RoadPosition", "RouteError", "RouteLane", "load_network"]
 
@@ -61,6 +62,7 @@ class RoadNetwork:
         self._ids = tuple(road.id for road in file.roads)
         self._numbers = {road.id: number for number, road in enumerate(file.roads)}
         self.index = search.make_index(self.tables)
+        self._signs = dict(zip(self._ids, driving_signs(self.tables), strict=True))
 
     def lane_pose(self, road: str, lane: int, s: float, offset: float = 0.0) -> Pose:
         """Pose `offset` [m] left of a lane's middle at s [m]; lane 0 is the centre lane.
@@ -150,10 +152,10 @@ class RoadNetwork:
 
     def driving_sign(self, road: str, lane: int, s: float = 0.0) -> int:
         """+1 if traffic on a lane runs with increasing s, -1 if against it."""
-        number = self._numbers[road]
-        row = kernels.lane_row(self.tables, kernels.section_at(self.tables, number, float(s)), lane)
-        if row >= 0:
-            return int(self.tables[6][row, LANE_DIRECTION])
+        starts, signs = self._signs[road]
+        sign = signs[bisect_right(starts, s, 1) - 1].get(lane)
+        if sign is not None:
+            return sign
         return (1 if lane <= 0 else -1) * (1 if self.roads[road].rule == "RHT" else -1)
 
     def section(self, road: str, s: float) -> LaneSection:

@@ -132,6 +132,23 @@ def make_tables(roads: Sequence[Road], cuts: Mapping[int, Sequence[float]] = NO_
     )
 
 
+def driving_signs(tables: Tables) -> list[tuple[list[float], list[dict[int, int]]]]:
+    """LANE_DIRECTION by lane for each section of each road, beside the s [m] at which the sections begin.
+
+    Plain Python, as one of them is asked for often, and a compiled call with all tables takes ten times as long.
+    """
+    _, _, _, roads, spans, sections, lanes = tables
+    found = []
+    for first, end in roads[:, ROAD_SECTION : ROAD_SECTION_END + 1].tolist():
+        signs = []
+        for centre, left, right, _ in sections[first:end].tolist():
+            ids = range(left, -right - 1, -1)
+            rows = lanes[centre - left : centre + right + 1, LANE_DIRECTION].tolist()
+            signs.append(dict(zip(ids, rows, strict=True)))
+        found.append((spans[first:end, 0].tolist(), signs))
+    return found
+
+
 def _add_sections(
     road: Road,
     index: int,

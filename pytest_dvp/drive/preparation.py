@@ -240,14 +240,27 @@ def _network(path: Path, roads: Roads, changed: int, size: int) -> RoadNetwork:
 def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
     """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads.
 
-    Points x, y in [m].
+    Points x, y in [m], not to be written to.
     """
-    if task.goal is not None:
-        points = (task.start, *task.route, task.goal)
-        legs = [network.centreline(network.route(a, b))[:, :2] for a, b in itertools.pairwise(points)]
-        return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
-    pose = network.lane_pose(*task.start)
-    place = network.locate(pose.x, pose.y, pose.h)._replace(road=task.start.road, lane=task.start.lane, s=task.start.s)
+    return _line(network, task.start, task.route, task.goal)
+
+
+@functools.lru_cache(maxsize=4)
+def _line(network: RoadNetwork, start: RoadPoint, route: tuple[RoadPoint, ...], goal: RoadPoint | None) -> FloatArray:
+    """The variants of one scenario share it as they share their network: it takes up to a tenth of a drive to draw."""
+    line = _kept_lane(network, start) if goal is None else _way(network, (start, *route, goal))
+    line.flags.writeable = False
+    return line
+
+
+def _way(network: RoadNetwork, points: tuple[RoadPoint, ...]) -> FloatArray:
+    legs = [network.centreline(network.route(a, b))[:, :2] for a, b in itertools.pairwise(points)]
+    return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+
+
+def _kept_lane(network: RoadNetwork, start: RoadPoint) -> FloatArray:
+    pose = network.lane_pose(*start)
+    place = network.locate(pose.x, pose.y, pose.h)._replace(road=start.road, lane=start.lane, s=start.s)
     line = [(pose.x, pose.y)]
     while len(line) < KEPT_LANE and not network.dead_end(place):
         place = network.advance(place._replace(offset=0.0), 1.0)
