@@ -55,8 +55,6 @@ class OnlyTick:
 
         Raises AdsFault if it returns anything but a Command of finite numbers, offers something in another form, or
         does not return in time; StackRaised with what the stack itself raised.
-
-        Its AssertionError is never raised: `within` raises what it swallows.
         """
         first, self._first = self._first, False
         with self._deadline.within("tick", first=first):
@@ -73,7 +71,6 @@ class OnlyTick:
                 raise
             except Exception as error:
                 raise raised(error) from error
-        raise AssertionError("unreachable: within() raises what it swallows")
 
     def close(self) -> None:
         """Free what the stack holds, if it has something to free: its method close()."""

@@ -14,11 +14,10 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Iterator
-from types import FrameType
+from types import FrameType, TracebackType
 
 from pytest_dvp.drive.compile_time import COMPILING
-from pytest_dvp.drive.stack_faults import hung
+from pytest_dvp.drive.stack_faults import StackHung, hung
 
 FIRST = 6.0  # times the limit: what a first tick, an import or a constructor has, as they may load or compile
 TICK_LIMIT = 10.0  # s of wall time; 200 times the cycle, so that a machine under load ends no healthy stack
@@ -44,7 +43,8 @@ class Deadline:
         self.name, self.limit = name, limit
         self.wall, self.wall_limit = _NEVER, _NEVER
         self._thread: threading.Thread | None = None
-        self._changed = threading.Condition()
+        self._lock = threading.RLock()  # that of the condition, taken itself where nobody waits: twice a tick
+        self._changed = threading.Condition(self._lock)
         self._closed = False
         self._until = _NEVER  # of the call that runs now
         self._compiled, self._wakes = 0.0, 0.0
@@ -53,31 +53,25 @@ class Deadline:
         self._late = False
         self._found: list[traceback.FrameSummary] = []  # where it was when its time was over
 
-    @contextlib.contextmanager
-    def within(self, call: str, *, first: bool = False) -> Iterator[None]:
-        """Raises StackHung if the code within does not return in time. `call`: what it is, as "tick"."""
-        limit = limit_of(self.limit, first=first)
-        if limit == self.wall == _NEVER:
-            yield
-            return
+    def within(self, call: str, *, first: bool = False) -> _Call:
+        """A context. Raises StackHung if the code within does not return in time. `call`: what it is, as "tick"."""
+        return _Call(self, call, limit_of(self.limit, first=first))
+
+    def begin(self, until: float) -> None:
+        """A call begins, which must be over at `until` (`time.monotonic`)."""
         self._ensure_watched()
         self._late, self._compiled = False, COMPILING.seconds
-        until = time.monotonic() + limit
-        try:
-            try:
-                self._arm(until)
-                yield
-            finally:
-                self._disarm()
-        except KeyboardInterrupt:
-            raise
-        except BaseException:  # whatever the stack made of the interruption
-            if not self._overdue:
-                raise
-        if self._overdue:
-            wall = self.wall <= until
-            line = overdue(self.name, call, limit, self.wall_limit if wall else None)
-            raise hung(line, self._found, wall=wall) from None
+        self._arm(until)
+
+    def end(self) -> bool:
+        """It is over; whether its time was over before."""
+        self._disarm()
+        return self._late
+
+    def hung(self, call: str, limit: float, until: float) -> StackHung:
+        """What to raise of a call that had `limit` [s] and was interrupted."""
+        wall = self.wall <= until
+        return hung(overdue(self.name, call, limit, self.wall_limit if wall else None), self._found, wall=wall)
 
     def close(self) -> None:
         """End the watch; the signal is what it was before."""
@@ -105,12 +99,8 @@ class Deadline:
         self._thread = threading.Thread(target=self._watch, daemon=True, name="dvp-deadline")
         self._thread.start()
 
-    @property
-    def _overdue(self) -> bool:
-        return self._late
-
     def _arm(self, until: float) -> None:
-        with self._changed:
+        with self._lock:
             self._until = until
             if min(until, self.wall) < self._wakes:
                 self._changed.notify()
@@ -119,7 +109,7 @@ class Deadline:
         """The call is over. What was asked for before and has not come yet must not come in the harness."""
         while True:
             try:
-                with self._changed:
+                with self._lock:
                     self._until = _NEVER
                 break
             except _Interrupted:
@@ -159,6 +149,35 @@ class Deadline:
         """In the main thread: too late for a call that has returned meanwhile."""
         if self._until != _NEVER and self._late:
             raise _Interrupted
+
+
+class _Call:
+    """One call within a deadline. A class, not a generator: that would cost half as much again as the rest of a tick's
+    watch."""
+
+    __slots__ = ("_call", "_deadline", "_limit", "_until")
+
+    def __init__(self, deadline: Deadline, call: str, limit: float) -> None:
+        self._deadline, self._call, self._limit = deadline, call, limit
+        self._until: float | None = None  # nobody watches
+
+    def __enter__(self) -> None:
+        deadline, limit = self._deadline, self._limit
+        if limit == deadline.wall == _NEVER:
+            return
+        self._until = time.monotonic() + limit
+        try:
+            deadline.begin(self._until)
+        except BaseException as error:  # the interruption may come at once
+            self.__exit__(type(error), error, None)
+            raise
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        if self._until is None:
+            return
+        # Whatever the stack made of the interruption, its time was over.
+        if self._deadline.end() and not isinstance(error, KeyboardInterrupt):
+            raise self._deadline.hung(self._call, self._limit, self._until) from None
 
 
 def limit_of(limit: float, *, first: bool) -> float:

@@ -141,7 +141,6 @@ def _in_time(text: str, checked: str, folders: Sequence[Path], tick_limit: float
         raise AdsError(f"ads: {text} cannot be loaded: {late}{place_of(error.trace)}") from None
     finally:
         watch.close()
-    raise AssertionError("unreachable: within() raises what it swallows")
 
 
 def _called(checked: str) -> tuple[str, str]:
