@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from math import isfinite
 from typing import Generic, TypeVar
 
 import numpy as np
 
+from vehicle.messages import FloatArray
 from vehicle.model.errors import ModelError
 
 T = TypeVar("T")
@@ -47,38 +50,23 @@ class Timing:
 
 
 class Noise:
-    """Standard normal and uniform numbers from an own generator, drawn in blocks so that one costs 50 ns."""
+    """Standard normal and uniform numbers, each from an own generator, drawn in blocks so that one costs 40 ns.
+
+    normal, uniform   give the next number: of the standard normal distribution, of [0, 1)
+    """
 
     BLOCK = 1024
 
     def __init__(self, seed: np.random.SeedSequence) -> None:
-        normal, uniform = seed.spawn(2)
-        self._normal_rng = np.random.Generator(np.random.PCG64(normal))
-        self._uniform_rng = np.random.Generator(np.random.PCG64(uniform))
-        self._normal: list[float] = []
-        self._uniform: list[float] = []
+        normal, uniform = (np.random.Generator(np.random.PCG64(each)) for each in seed.spawn(2))
+        self.normal: Callable[[], float] = chain.from_iterable(_blocks(normal.standard_normal, self.BLOCK)).__next__
+        self.uniform: Callable[[], float] = chain.from_iterable(_blocks(uniform.random, self.BLOCK)).__next__
 
-    def normals(self, count: int) -> list[float]:
-        """The next `count` numbers of the standard normal distribution, in the order in which `normal` gives them."""
-        kept = self._normal
-        if len(kept) < count:
-            return [self.normal() for _ in range(count)]
-        taken = kept[-count:]
-        del kept[-count:]
-        taken.reverse()
-        return taken
 
-    def normal(self) -> float:
-        """One number of the standard normal distribution."""
-        if not self._normal:
-            self._normal = self._normal_rng.standard_normal(self.BLOCK).tolist()
-        return self._normal.pop()
-
-    def uniform(self) -> float:
-        """One number of [0, 1)."""
-        if not self._uniform:
-            self._uniform = self._uniform_rng.random(self.BLOCK).tolist()
-        return self._uniform.pop()
+def _blocks(draw: Callable[[int], FloatArray], size: int) -> Iterator[list[float]]:
+    """Blocks without end, each from its last number to its first."""
+    while True:
+        yield draw(size)[::-1].tolist()
 
 
 class NoiseArray:

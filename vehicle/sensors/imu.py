@@ -51,22 +51,23 @@ class RunningImu:
 
     def measure_all(self, rows: Sequence[Sequence[float]]) -> None:
         """Take trace rows (TRACE_COLUMNS), oldest first; measures at those at which it is time."""
-        unit, noise, clock, send = self._unit, self._noise, self._clock, self._line.send
+        unit, due, normal, uniform = self._unit, self._clock.due, self._noise.normal, self._noise.uniform
         lx, ly, cosine, sine, dropout = unit.mount.x, unit.mount.y, self._cos, self._sin, unit.timing.dropout
+        accel_sigma, gyro_sigma, send = unit.accel_sigma, unit.gyro_sigma, self._line.send
+        bias_x, bias_y, bias_r = self._bias_x, self._bias_y, self._bias_r
         last_t, last_r = self._last_t, self._last_r
         for row in rows:
             t, r = row[0], row[8]
             gap = t - last_t
             turn = (r - last_r) / gap if gap > 0.0 else 0.0  # rad/s^2
             last_t, last_r = t, r
-            if not clock.due(t):
+            if not due(t):
                 continue
             ax = row[9] - turn * ly - r * r * lx
             ay = row[10] + turn * lx - r * r * ly
-            noise_x, noise_y, noise_r = noise.normals(3)
-            seen_x = cosine * ax + sine * ay + self._bias_x + unit.accel_sigma * noise_x
-            seen_y = -sine * ax + cosine * ay + self._bias_y + unit.accel_sigma * noise_y
-            rate = r + self._bias_r + unit.gyro_sigma * noise_r
-            if noise.uniform() >= dropout:
+            seen_x = cosine * ax + sine * ay + bias_x + accel_sigma * normal()
+            seen_y = -sine * ax + cosine * ay + bias_y + accel_sigma * normal()
+            rate = r + bias_r + gyro_sigma * normal()
+            if uniform() >= dropout:
                 send(t, Imu(t, seen_x, seen_y, rate))
         self._last_t, self._last_r = last_t, last_r

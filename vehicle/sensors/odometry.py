@@ -43,14 +43,14 @@ class RunningOdometry:
 
     def measure_all(self, rows: Sequence[Sequence[float]]) -> None:
         """Take trace rows (TRACE_COLUMNS), oldest first; measures at those at which it is time."""
-        clock, o, noise = self._clock, self._odometry, self._noise
+        clock, o, dropout = self._clock, self._odometry, self._odometry.timing.dropout
+        normal, uniform, send = self._noise.normal, self._noise.uniform, self._line.send
         for row in rows:
             t = row[0]
             if t < clock.earliest or not clock.due(t):
                 continue
-            noise_v, noise_steer = noise.normals(2)
-            error = o.sigma * noise_v
+            error = o.sigma * normal()
             v = o.scale * row[5] + error if row[5] != 0.0 else 0.0
-            steer = row[11] + o.steer_offset + o.steer_sigma * noise_steer
-            if noise.uniform() >= o.timing.dropout:
-                self._line.send(t, Odometry(t, v, steer))
+            steer = row[11] + o.steer_offset + o.steer_sigma * normal()
+            if uniform() >= dropout:
+                send(t, Odometry(t, v, steer))
