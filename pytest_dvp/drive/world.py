@@ -14,6 +14,7 @@ from vehicle.messages import OBJECT_KINDS, SEEING, FloatArray, Light, SignalStat
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.entity import Entity
     from pytest_dvp.drive.sumo_traffic import Car, Mirrored
 
 ROUTINE_MASS = {"vehicle": 1500.0, "pedestrian": 75.0, "misc": 100.0}  # kg, where the file states none
@@ -66,26 +67,26 @@ class World:
         names: list[str] = []
         unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
-        kinds: dict[str, int] = {}
+        actors: list[Entity] = []
         for e in self._storyboard.entities.values():  # those of its traffic come and go
             if not e.active or e is self._ego:
                 continue
-            kinds[e.name] = _kind_index(e.kind, e.category)
             cos, sin = math.cos(e.h), math.sin(e.h)
             x = e.x + cos * e.center_x - sin * e.center_y
             y = e.y + sin * e.center_x + cos * e.center_y
             velocity = self._storyboard.velocity(e)
             rows.append((x, y, e.z + e.center_z, e.h, e.length, e.width, e.height, *velocity))
             names.append(e.name)
+            actors.append(e)
             for sensor in SEEING:
                 if not e.visible.to(sensor):
                     unseen.setdefault(sensor, set()).add(e.name)
         if self._traffic is not None:
             ground = self._ego.z
-            actors, states = tuple(names), tuple(rows)
+            mirrors, states = tuple(names), tuple(rows)
 
             def mirrored() -> list[Mirrored]:
-                return self._mirrored(actors, states)
+                return self._mirrored(mirrors, states)
 
             for car in self._traffic.step(t, mirrored):
                 z = ground + 0.5 * car.height
@@ -93,7 +94,8 @@ class World:
                 names.append(car.name)
         if tuple(names) != self._names:
             self._names = tuple(names)
-            self._kinds = np.array([kinds.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
+            kinds = [_kind_index(e.kind, e.category) for e in actors] + [_TRAFFIC_KIND] * (len(names) - len(actors))
+            self._kinds = np.array(kinds, dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
         hidden = {sensor: frozenset(each) for sensor, each in unseen.items()}
         self._seen = Surroundings(boxes, self._kinds, self._names, signals, hidden, extinction, light)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -60,6 +61,11 @@ class LogRecorder:
         self._paths: list[tuple[float, FloatArray]] = []
         self._last_path: FloatArray | None = None
         self._events: list[LogEvent] = []
+        # All lists, in the order of Recorded.
+        self._kept: tuple[list[Any], ...] = (
+            self._ego, self._times, self._commands, self._ads, self._held, self._names, self._boxes, self._kinds,
+            self._between, self._detections, self._paths, self._events,
+        )  # fmt: skip
 
     def ego_rows(self, trace: FloatArray) -> None:
         """Motion of the ego since the last call: array (n, 12) of TRACE_COLUMNS, as `Vehicle.step` returns it.
@@ -113,12 +119,12 @@ class LogRecorder:
 
     def mark(self) -> tuple[int, ...]:
         """Where `since` begins: how much of each kind is recorded."""
-        return tuple(map(len, self._kept()))
+        return tuple(map(len, self._kept))
 
     def since(self, mark: tuple[int, ...]) -> tuple[Recorded, tuple[int, ...]]:
         """What was recorded since `mark`, and the mark from which to go on."""
         ego, times, commands, ads, held, names, boxes, kinds, between, detections, paths, events = (
-            kept[begin:] for kept, begin in zip(self._kept(), mark, strict=True)
+            kept[begin:] for kept, begin in zip(self._kept, mark, strict=True)
         )
         recorded = Recorded(
             b"".join(rows.tobytes() for rows in ego),
@@ -138,7 +144,7 @@ class LogRecorder:
 
     def cut(self, mark: tuple[int, ...]) -> None:
         """Forget what was recorded since `mark`: an interrupted tick leaves half of what belongs together."""
-        for kept, end in zip(self._kept(), mark, strict=True):
+        for kept, end in zip(self._kept, mark, strict=True):
             del kept[end:]
 
     def take(self, recorded: Recorded) -> None:
@@ -157,15 +163,8 @@ class LogRecorder:
             [rows], recorded.times, recorded.commands, recorded.ads, recorded.held, recorded.names, boxes, kinds,
             recorded.between, recorded.detections, paths, recorded.events,
         )  # fmt: skip
-        for kept, more in zip(self._kept(), put, strict=True):
+        for kept, more in zip(self._kept, put, strict=True):
             kept.extend(more)
-
-    def _kept(self) -> tuple[list[Any], ...]:
-        """All lists, in the order of Recorded."""
-        return (
-            self._ego, self._times, self._commands, self._ads, self._held, self._names, self._boxes, self._kinds,
-            self._between, self._detections, self._paths, self._events,
-        )  # fmt: skip
 
     def finish(self) -> Log:
         """The Log of all that was recorded so far; can be called after a run broke off."""
@@ -194,7 +193,7 @@ class LogRecorder:
             )
         # Not sorted: the order of the stack's own trace is the order a reader expects, and it is reproducible.
         for prefix, rows in (("ads.", self._ads), ("", self._held)):
-            for name in dict.fromkeys(name for row in rows for name in row):
+            for name in dict.fromkeys(itertools.chain.from_iterable(rows)):
                 values[prefix + name] = [row.get(name, nan) for row in rows]
         found = _holding(self._times, values, t)
         between: dict[str, list[float]] = {
