@@ -15,22 +15,31 @@ _SIGNS = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
 
 def corners_seen_by(boxes: FloatArray, others: FloatArray) -> FloatArray:
     """Corners of n others (n,) in turn order as array (n, 4, 2) [m], in the frames of n boxes: x along, y left."""
-    half = 0.5 * others[:, None, 3:5] * _SIGNS
+    return np.stack([each.T for each in _corners(boxes, others)], axis=-1)
+
+
+def _corners(boxes: FloatArray, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The same as x and y, each (4, n): what is least or greatest of four is found for all n at once."""
+    half_x, half_y = 0.5 * others[:, 3] * _SIGNS[:, :1], 0.5 * others[:, 4] * _SIGNS[:, 1:]
     turn = others[:, 2] - boxes[:, 2]
-    cos, sin = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    cos, sin = np.cos(turn), np.sin(turn)
     dx, dy = others[:, 0] - boxes[:, 0], others[:, 1] - boxes[:, 1]
     c, s = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
-    x = (dx * c + dy * s)[:, None] + cos * half[..., 0] - sin * half[..., 1]
-    y = (dy * c - dx * s)[:, None] + sin * half[..., 0] + cos * half[..., 1]
-    return np.stack((x, y), axis=-1)
+    x = (dx * c + dy * s) + cos * half_x - sin * half_y
+    y = (dy * c - dx * s) + sin * half_x + cos * half_y
+    return x, y
 
 
 def overlap(boxes: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
     """Which of n pairs of boxes touch or overlap, (n,): no normal of an edge separates them (SI units)."""
+    return _reaches(boxes, _corners(boxes, others)) & _reaches(others, _corners(others, boxes))
+
+
+def _reaches(boxes: FloatArray, corners: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
+    """Which of n boxes have others, whose `corners` they see, neither all on one side nor all before or behind."""
     met = np.ones(len(boxes), dtype=bool)
-    for first, second in ((boxes, others), (others, boxes)):
-        corners, half = corners_seen_by(first, second), 0.5 * first[:, None, 3:5]
-        met &= ((corners.min(axis=1) <= half[:, 0]) & (corners.max(axis=1) >= -half[:, 0])).all(axis=1)
+    for place, half in zip(corners, (0.5 * boxes[:, 3], 0.5 * boxes[:, 4]), strict=True):
+        met &= (place.min(axis=0) <= half) & (place.max(axis=0) >= -half)
     return met
 
 
@@ -39,11 +48,14 @@ def distances(boxes: FloatArray, others: FloatArray) -> FloatArray:
 
     Between convex shapes apart from each other it is that of a corner of one from the other, so eight corners do.
     """
-    least = np.full(len(boxes), np.inf)
+    least, met = np.full(len(boxes), np.inf), np.ones(len(boxes), dtype=bool)
     for first, second in ((boxes, others), (others, boxes)):
-        beyond = np.maximum(np.abs(corners_seen_by(first, second)) - 0.5 * first[:, None, 3:5], 0.0)
-        least = np.minimum(least, np.hypot(beyond[..., 0], beyond[..., 1]).min(axis=1))
-    return np.where(overlap(boxes, others), 0.0, least)
+        corners = _corners(first, second)
+        beyond_x = np.maximum(np.abs(corners[0]) - 0.5 * first[:, 3], 0.0)
+        beyond_y = np.maximum(np.abs(corners[1]) - 0.5 * first[:, 4], 0.0)
+        least = np.minimum(least, np.hypot(beyond_x, beyond_y).min(axis=0))
+        met &= _reaches(first, corners)
+    return np.where(met, 0.0, least)
 
 
 def extents(boxes: FloatArray, others: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
@@ -52,18 +64,18 @@ def extents(boxes: FloatArray, others: FloatArray, axis: int) -> tuple[FloatArra
     axis 0: along the box, of the part in the strip that is as wide as the box; 1: across it, of the part in the strip
     as long as the box. NaN where no part of the other one is in the strip.
     """
-    corners = corners_seen_by(boxes, others)
-    along, across = corners[..., axis], corners[..., 1 - axis]
+    corners = _corners(boxes, others)
+    along, across = corners[axis], corners[1 - axis]
     half = 0.5 * boxes[:, 4 - axis]
-    found = [np.where(np.abs(across) <= half[:, None], along, np.nan)]
-    step, aside = np.roll(along, -1, axis=1) - along, np.roll(across, -1, axis=1) - across
+    found = [np.where(np.abs(across) <= half, along, np.nan)]
+    step, aside = np.roll(along, -1, axis=0) - along, np.roll(across, -1, axis=0) - across
     for side in (-half, half):  # where an edge leaves the strip
-        share = (side[:, None] - across) / np.where(aside == 0.0, np.nan, aside)
+        share = (side - across) / np.where(aside == 0.0, np.nan, aside)
         found.append(np.where((share >= 0.0) & (share <= 1.0), along + share * step, np.nan))
-    points = np.concatenate(found, axis=1)
-    none = ~np.isfinite(points).any(axis=1)
-    low = np.where(np.isnan(points), np.inf, points).min(axis=1)
-    high = np.where(np.isnan(points), -np.inf, points).max(axis=1)
+    points = np.concatenate(found)
+    none = ~np.isfinite(points).any(axis=0)
+    low = np.where(np.isnan(points), np.inf, points).min(axis=0)
+    high = np.where(np.isnan(points), -np.inf, points).max(axis=0)
     return np.where(none, np.nan, low), np.where(none, np.nan, high)
 
 
