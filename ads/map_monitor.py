@@ -144,13 +144,23 @@ class MapMonitor:
         assert self._room is not None
         return self._room
 
-    def _room_at(self, s: float) -> Room:
+    def half_width(self, s: float) -> float:
+        """Half the width [m] of the own lane at arc length `s` [m]."""
+        span, at = self._leg_at(s)
+        return 0.5 * float(self._network.lane_width(span.leg.road, span.leg.lane, at))
+
+    def _leg_at(self, s: float) -> tuple[LaneSpan, float]:
+        """The leg at arc length `s` [m] of the path, and s [m] on its road."""
         for span in self.spans:
             if s <= span.s_to or span is self.spans[-1]:
                 break
         leg = span.leg
         share = min(max((s - span.s_from) / max(span.s_to - span.s_from, 1e-6), 0.0), 1.0)
-        at = leg.s_from + share * (leg.s_to - leg.s_from)
+        return span, leg.s_from + share * (leg.s_to - leg.s_from)
+
+    def _room_at(self, s: float) -> Room:
+        span, at = self._leg_at(s)
+        leg = span.leg
         net = self._network
         half = 0.5 * float(net.lane_width(leg.road, leg.lane, at))
         sign = net.driving_sign(leg.road, leg.lane, at)

@@ -107,7 +107,7 @@ class Stack:
             "position_sigma": estimate.position_sigma,
             "path_error": float(project(path, estimate.x, estimate.y, index, 10)[2]),
             "target_speed": allowed_speed(float(path[index, SPEED]), estimate.v, decision.limits),
-            "lane_width": math.nan if monitor is None else 2.0 * monitor.room(s).half_width,
+            "lane_width": math.nan if monitor is None else 2.0 * monitor.half_width(s),
             **stamps,
             **(self.localizer.consistency if isinstance(self.localizer, EkfLocalizer) else {}),
             **planner.trace,
