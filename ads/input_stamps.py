@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from vehicle.messages import Observation
 
-SENSORS = ("gnss", "odometry", "imu", "lidar", "camera")
+AGES = {sensor: f"age_{sensor}" for sensor in ("gnss", "odometry", "imu", "lidar", "camera")}
+"""What the age of each sensor's newest message is called."""
 
 
 class InputStamps:
     """Keeps the newest stamp of each sensor. `disordered`: messages so far that were not newer than all before."""
 
     def __init__(self) -> None:
-        self._newest: dict[str, float] = {}
+        self._newest: dict[str, float] = {}  # [s], by AGES
         self.disordered = 0
 
     def update(self, observation: Observation) -> dict[str, float]:
         """Age [s] of the newest message by `age_SENSOR`, of the sensors that have spoken, and `disordered`."""
-        for sensor in SENSORS:
+        newest = self._newest
+        for sensor, age in AGES.items():
             given = getattr(observation, sensor)
             for message in given if isinstance(given, tuple) else (given,):
                 if message is None:
                     continue
-                newest = self._newest.get(sensor)
-                if newest is None or message.t > newest:
-                    self._newest[sensor] = message.t
+                if age not in newest or message.t > newest[age]:
+                    newest[age] = message.t
                 else:
                     self.disordered += 1
-        ages = {f"age_{sensor}": observation.t - t for sensor, t in self._newest.items()}
+        ages = {age: observation.t - t for age, t in newest.items()}
         return {**ages, "disordered": float(self.disordered)}

@@ -162,9 +162,9 @@ class TrackingPerception:
         dt = t - self._t if self._n else 0.0
         for i in range(self._n):
             track = self._tracks[i]
-            if track[HITS] < CONFIRM or track[UNSEEN] + dt > LOST:
-                continue
             row = track.tolist()
+            if row[HITS] < CONFIRM or row[UNSEEN] + dt > LOST:
+                continue
             found.append(
                 Detection(
                     t,
