@@ -46,8 +46,8 @@ def chosen(search: Search, found: SearchResult, judges: Sequence[Fold]) -> Searc
 def _alike(search: Search, final: Trial, rivals: Mapping[str, Sequence[str]]) -> Iterator[Trial]:
     """The set with a rival in the place of one effect, for each that has some."""
     for name in final.names:
-        for other in search.in_place_of(final, name) if rivals.get(name) else ():
-            if other.names[-1] in rivals[name] and search.is_credible(other, other.names[-1]):
+        for other in search.in_place_of(final, name, rivals[name]) if rivals.get(name) else ():
+            if search.is_credible(other, other.names[-1]):
                 yield other
 
 

@@ -289,11 +289,12 @@ class Search:
         if far and now.chi2 - left[0][0] > self.least_gain(left[0][0] / self.count, first=False) * self.count:
             yield left
 
-    def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
+    def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf,
+                   among: Collection[str] = ()) -> list[Trial]:  # fmt: skip
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
         trials = []
         few = _REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE
-        for _, name, point in ranking[:few]:
+        for _, name, point in (one for one in ranking[:few] if not among or one[1] in among):
             above = lowest + ROUGH * max(self.count, lowest)
             trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above))
             lowest = min(lowest, trials[-1].chi2)
@@ -376,12 +377,12 @@ class Search:
             best = self.trial(exchanged.names, exchanged.values, zoom=True, like=exchanged)
         return best, rivals
 
-    def in_place_of(self, best: Trial, name: str) -> list[Trial]:
-        """The set with another effect in the place of this one, jointly fitted, best first."""
+    def in_place_of(self, best: Trial, name: str, among: Collection[str] = ()) -> list[Trial]:
+        """The set with another effect in the place of this one, jointly fitted, best first; among: only these are."""
         without = self.without(best, name)
         others = [other for other in self._contestants(name) if other not in best.names]
         ranking = self._scan(without, others, without.chi2 - best.chi2)
-        return self._additions(without, ranking, best.chi2)
+        return self._additions(without, ranking, best.chi2, among)
 
     def _contestants(self, name: str) -> list[str]:
         """What may take the place of an effect: what came near when it was named, what is often confused with it."""

@@ -299,7 +299,7 @@ class Chooser(SettledSearch):
     def trial(self, names: Any, values: Any = None, zoom: bool = False) -> Any:
         return SimpleNamespace(names=tuple(names), values={"held": self.held[names[0]]}, chi2=self.level)
 
-    def in_place_of(self, best: Any, name: str) -> list[Any]:
+    def in_place_of(self, best: Any, name: str, among: Any) -> list[Any]:
         return [self.trial(("b",))] if name == "a" else []
 
 

@@ -22,9 +22,9 @@ class Found(HeldOutSets):
     vague: tuple[str, ...] = ()
     more: tuple[str, ...] = ()
 
-    def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
+    def in_place_of(self, best: SimpleNamespace, name: str, among: tuple[str, ...]) -> list[SimpleNamespace]:
         rest = tuple(n for n in best.names if n != name)
-        return [self.trial((*rest, other)) for other in (RIVAL, "mass") if other not in best.names]
+        return [self.trial((*rest, other)) for other in (RIVAL, "mass") if other in among and other not in best.names]
 
     def is_credible(self, trial: Any, name: str) -> bool:
         return name not in self.vague

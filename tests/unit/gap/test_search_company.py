@@ -38,3 +38,15 @@ def test_of_two_that_do_nearly_the_same_the_one_with_a_value_that_is_met(alike: 
     world = World({DRIVE: strong * direction(0), MASS: -2.0 * strong * direction(1, 0, alike)}, {DRIVE: 0.66})
     found = a_search(world, "drive_gain", "mass").run()
     assert found.final.names == (named,)
+
+
+def test_of_what_may_take_a_place_only_those_asked_for_are_fitted() -> None:
+    """Both do in part what the drive does; asked for the mass, the brake is not fitted."""
+    does = {DRIVE: 300.0 * direction(0), MASS: 300.0 * direction(1, 0, 0.8), BRAKE: 300.0 * direction(2, 0, 0.7)}
+    search = a_search(World(does, {DRIVE: 0.9}), "drive_gain", "mass", "brake_gain")
+    best = search.trial(("drive_gain",), {DRIVE: 0.9})
+    every = {trial.names: trial for trial in search.in_place_of(best, "drive_gain")}
+    assert set(every) == {("mass",), ("brake_gain",)}
+    (only,) = search.in_place_of(best, "drive_gain", ("mass",))
+    assert only.names == ("mass",)
+    assert only.chi2 == pytest.approx(every[only.names].chi2)
