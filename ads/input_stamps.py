@@ -18,14 +18,14 @@ class InputStamps:
     def update(self, observation: Observation) -> dict[str, float]:
         """Age [s] of the newest message by `age_SENSOR`, of the sensors that have spoken, and `disordered`."""
         newest = self._newest
-        for sensor, age in AGES.items():
+        for sensor, name in AGES.items():
             given = getattr(observation, sensor)
             for message in given if isinstance(given, tuple) else (given,):
                 if message is None:
                     continue
-                if age not in newest or message.t > newest[age]:
-                    newest[age] = message.t
+                if name not in newest or message.t > newest[name]:
+                    newest[name] = message.t
                 else:
                     self.disordered += 1
-        ages = {age: observation.t - t for age, t in newest.items()}
+        ages = {name: observation.t - t for name, t in newest.items()}
         return {**ages, "disordered": float(self.disordered)}

@@ -43,7 +43,7 @@ class Deadline:
         self.name, self.limit = name, limit
         self.wall, self.wall_limit = _NEVER, _NEVER
         self._thread: threading.Thread | None = None
-        self._lock = threading.RLock()  # that of the condition, taken itself where nobody waits: twice a tick
+        self._lock = threading.RLock()  # of the condition; taken without it where nobody waits, which is quicker
         self._changed = threading.Condition(self._lock)
         self._closed = False
         self._until = _NEVER  # of the call that runs now
@@ -59,8 +59,8 @@ class Deadline:
 
     def begin(self, until: float) -> None:
         """A call begins, which must be over at `until` (`time.monotonic`)."""
-        self._ensure_watched()
         self._late, self._compiled = False, COMPILING.seconds
+        self._ensure_watched()
         self._arm(until)
 
     def end(self) -> bool:
@@ -68,7 +68,7 @@ class Deadline:
         self._disarm()
         return self._late
 
-    def hung(self, call: str, limit: float, until: float) -> StackHung:
+    def fault(self, call: str, limit: float, until: float) -> StackHung:
         """What to raise of a call that had `limit` [s] and was interrupted."""
         wall = self.wall <= until
         return hung(overdue(self.name, call, limit, self.wall_limit if wall else None), self._found, wall=wall)
@@ -146,13 +146,15 @@ class Deadline:
             _raise_in(self._target)
 
     def _strike(self, number: int, frame: FrameType | None) -> None:
-        """In the main thread: too late for a call that has returned meanwhile."""
-        if self._until != _NEVER and self._late:
+        """In the main thread: too late for a call that has returned meanwhile. Here, no code of the stack is
+        interrupted: `end` says that it was late."""
+        here = frame is not None and frame.f_globals is globals()
+        if self._until != _NEVER and self._late and not here:
             raise _Interrupted
 
 
 class _Call:
-    """One call within a deadline. A class, not a generator: that would cost half as much again as the rest of a tick's
+    """One call within a deadline. A class, because a generator costs half as much again as the rest of a tick's
     watch."""
 
     __slots__ = ("_call", "_deadline", "_limit", "_until")
@@ -177,7 +179,7 @@ class _Call:
             return
         # Whatever the stack made of the interruption, its time was over.
         if self._deadline.end() and not isinstance(error, KeyboardInterrupt):
-            raise self._deadline.hung(self._call, self._limit, self._until) from None
+            raise self._deadline.fault(self._call, self._limit, self._until) from None
 
 
 def limit_of(limit: float, *, first: bool) -> float:

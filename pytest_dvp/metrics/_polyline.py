@@ -18,14 +18,18 @@ SLACK = 1e-6  # m, far above what rounding does to a distance on a road
 
 
 @compiled
-def gather(x: float, y: float, line: FloatArray, reach: float, close: Indices) -> int:
-    """How many segments of `line` (m, 2) begin within `reach` [m] of a point; `close` (m - 1,) gets which, in order."""
-    count = 0
-    for k in range(line.shape[0] - 1):
-        dx, dy = x - line[k, 0], y - line[k, 1]
-        if dx * dx + dy * dy <= reach * reach:
+def gather(x: float, y: float, line: FloatArray, reach: float, longest: float, close: Indices) -> int:
+    """How many segments of `line` (m, 2) begin within `reach` [m] of a point; `close` (m - 1,) gets which, in order.
+    longest: of the segments [m], more than 0."""
+    count, k = 0, 0
+    while k < line.shape[0] - 1:
+        beyond = np.hypot(x - line[k, 0], y - line[k, 1]) - reach
+        if beyond <= 0.0:
             close[count] = k
             count += 1
+            k += 1
+        else:  # each segment comes at most `longest` nearer
+            k += max(1, int(min(beyond / longest, float(line.shape[0]))))
     return count
 
 
@@ -83,5 +87,5 @@ def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArra
         if not known and i >= retry and nearest < np.inf:
             at_x, at_y, retry = x[i], y[i], i + RETRY
             # Until the point has moved by NEAR, others come that much nearer, and what is nearest goes that far away.
-            count = gather(at_x, at_y, line, nearest + longest + 2.0 * NEAR + SLACK, close)
+            count = gather(at_x, at_y, line, nearest + longest + 2.0 * NEAR + SLACK, longest, close)
     return result

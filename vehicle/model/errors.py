@@ -48,3 +48,16 @@ def nearest_name(name: str, known: Iterable[str]) -> str:
     folded = {n.lower(): n for n in reversed(names)}
     found = difflib.get_close_matches(name.lower(), list(folded), n=1, cutoff=0.6)
     return folded[found[0]] if found else ""
+
+
+def is_misspelt(name: str, known: str) -> bool:
+    """True if a name is the known one but for its case or one slip: a letter left out, put in, exchanged, or two
+    neighbours exchanged. With a letter before or behind it is a name of its own (`brake_lag2`)."""
+    a, b = name.lower(), known.lower()
+    if len(a) < len(b):
+        return any(b[:k] + b[k + 1 :] == a for k in range(len(b)))
+    if len(a) > len(b):
+        return any(a[:k] + a[k + 1 :] == b for k in range(1, len(a) - 1))
+    other = [k for k in range(len(a)) if a[k] != b[k]]
+    swapped = len(other) == 2 and other[1] == other[0] + 1 and a[other[0]] + a[other[1]] == b[other[1]] + b[other[0]]
+    return len(other) < 2 or swapped

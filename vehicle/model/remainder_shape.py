@@ -29,19 +29,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from difflib import SequenceMatcher
 from math import isfinite
 from types import MappingProxyType
 from typing import Any
 
 from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import catalogue
-from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.errors import ModelError, is_misspelt, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS, Remainder, ordered, read_remainder
 
 TABLES = ("memory", "anew", "imitates", "limits", "unseen", "wanders", "sensors")
-
-_MISSPELT = 0.85  # of two names' letters that agree: more is one name, with a letter left out or two exchanged; chosen
 
 WANDERING: Mapping[str, str] = MappingProxyType({"along": "m", "across": "m", "yaw": "rad"})
 """What wanders beside dead reckoning, and in what its step of one second is told: position along and across the car,
@@ -96,7 +93,7 @@ def _by_effect(
     found: dict[str, dict[str, float]] = {}
     for effect, keys in _table(table, name).items():
         near = "" if effect in known else nearest_name(effect, tuple(known))
-        if near and SequenceMatcher(None, effect, near).ratio() > _MISSPELT:
+        if near and is_misspelt(effect, near):
             raise ModelError("unknown effect", key=f"{name}.{effect}", found=effect, nearest=near)
         if not isinstance(keys, Mapping):
             raise ModelError("must be a table of the effect's keys", key=f"{name}.{effect}", found=repr(keys))

@@ -207,6 +207,11 @@ def is_usual(key: Key, value: float) -> bool:
     return key.low - slack <= value <= key.high + slack
 
 
+def has_price(c: Coordinate, values: Mapping[tuple[str, str], float]) -> bool:
+    """False for a value that comes late and is too near to doing nothing to be worth a name: it is as good as none."""
+    return not c.key.late or is_worth_naming(c.key, values[c.name])
+
+
 def is_worth_naming(key: Key, value: float) -> bool:
     """True if a value is far enough from neutral to be worth naming."""
     if isinf(key.neutral):

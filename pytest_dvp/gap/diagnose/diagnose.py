@@ -15,7 +15,7 @@ from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
-from pytest_dvp.gap.diagnose.experiment import experiment_set
+from pytest_dvp.gap.diagnose.experiment import Values, experiment_set
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, remeasured, with_values
 from pytest_dvp.gap.diagnose.held_out import (
     Fold,
@@ -111,7 +111,7 @@ def diagnose(
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)
-    trials = _ladder(search, final)
+    trials = _ladder(search, final, measured.values)
     gone = tuple(dict.fromkeys(name for name, _ in removed))
     steps = [
         *_given(search, gone, judges),
@@ -207,18 +207,18 @@ def _verdict(misfit: bool, named: Sequence[NamedEffect], found: SearchResult, tr
     return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
 
 
-def _ladder(search: Search, final: Trial) -> list[Trial]:
+def _ladder(search: Search, final: Trial, told: Values) -> list[Trial]:
     """The final set built up again, from the effect that would be missed most to the one that would be missed least.
 
     Missed: what of the error comes back without it, though all the others may adapt. What an effect takes away first
     would depend on those that come after it: alone, a detail of the tyres takes the share of a slow steering. One that
     makes it worse before another one is there comes after that one, and after what is new one that may be older than
-    the twin.
+    the twin. told: the values as they are told.
     """
     open_at = search.target.experiments[0].model.remainder_shape.unseen
 
     def is_older(name: str) -> bool:
-        values = {key: value for (effect, key), value in final.values.items() if effect == name}
+        values = {key: value for (effect, key), value in told.items() if effect == name}
         return bool(older(values, open_at.get(name, {})))
 
     left = sorted(final.names, key=lambda name: (is_older(name), -search.without(final, name).chi2))

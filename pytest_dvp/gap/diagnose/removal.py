@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.candidates import Candidate, has_price
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
@@ -109,7 +109,8 @@ def _removed(target: ExperimentSet, model: VehicleModel) -> dict[tuple[str, str]
 def price(found: SearchResult, count: int, removed: int) -> float:
     """What a set leaves beyond the noise, and a price for each value fitted and each effect removed."""
     chi2 = max(found.final.chi2, float(count))
-    return chi2 + PRICE * chi2 * (len(found.final.fit.coordinates) + removed)
+    priced = sum(has_price(c, found.final.values) for c in found.final.fit.coordinates)
+    return chi2 + PRICE * chi2 * (priced + removed)
 
 
 def removed_effect(effect: Effect, gain: float, held_out: float | None, instead: tuple[str, ...], *,

@@ -19,6 +19,7 @@ from pytest_dvp.gap.diagnose.bootstrap import bootstrap_share
 from pytest_dvp.gap.diagnose.candidates import (
     Candidate,
     Point,
+    has_price,
     is_certain,
     is_worth_naming,
     sizes,
@@ -70,8 +71,7 @@ Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class SearchResult:
-    """Result of a search: the final set, rivals of each of its effects (best first), and effects of which not even the
-    strongest would have shown."""
+    """Result of a search: the final set, rivals of its effects (best first), and effects that could not have shown."""
 
     final: Trial
     rivals: dict[str, tuple[str, ...]]
@@ -210,8 +210,8 @@ class Search:
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
         limits = sum(isinf(c.key.neutral) for c in trial.fit.coordinates)  # one that is always met is a gain
-        used = [c for c in trial.fit.coordinates if not c.key.late or trial.fit.values[c.name] != c.key.neutral]
-        return trial.chi2 + PRICE * max(self.count, trial.chi2) * len(used) + EQUAL * self.count * limits
+        priced = sum(has_price(c, trial.values) for c in trial.fit.coordinates)
+        return trial.chi2 + PRICE * max(self.count, trial.chi2) * priced + EQUAL * self.count * limits
 
     def lasting(self) -> Search:
         """The same search, for which the known remainder is an error that lasts."""
@@ -290,11 +290,11 @@ class Search:
             yield left
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf,
-                   among: Collection[str] = ()) -> list[Trial]:  # fmt: skip
+                   among: Collection[str] | None = None) -> list[Trial]:  # fmt: skip
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
         trials = []
         few = _REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE
-        for _, name, point in (one for one in ranking[:few] if not among or one[1] in among):
+        for _, name, point in (one for one in ranking[:few] if among is None or one[1] in among):
             above = lowest + ROUGH * max(self.count, lowest)
             trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above))
             lowest = min(lowest, trials[-1].chi2)
@@ -377,7 +377,7 @@ class Search:
             best = self.trial(exchanged.names, exchanged.values, zoom=True, like=exchanged)
         return best, rivals
 
-    def in_place_of(self, best: Trial, name: str, among: Collection[str] = ()) -> list[Trial]:
+    def in_place_of(self, best: Trial, name: str, among: Collection[str] | None = None) -> list[Trial]:
         """The set with another effect in the place of this one, jointly fitted, best first; among: only these are."""
         without = self.without(best, name)
         others = [other for other in self._contestants(name) if other not in best.names]

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from pytest_dvp.gap.diagnose.beyond_remainder import all_data
-from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.candidates import Candidate, has_price
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold, drives_apart
@@ -29,10 +29,9 @@ MORE = 1.03  # times what the named effect explains: a tied one that explains mo
 # explained 1.027 of what a hidden limit of the jerk did
 ALIKE = 0.985  # of what the named effect explains: a tied one that explains more is its rival; a servo of second order
 # explained a hidden lag and a hidden dead time by 1.2 and 0.7 % more than a lag did
-_SIMPLER = (
-    1.0 / MORE
-)  # the same, of one with fewer values: of a gearbox that weighs on the car in its low gears more than
-# was hidden in its load, a mass explained 0.971
+# The same, of one with fewer values, and of one that is contained in the named one; chosen: the inertia of gears, which
+# has two values, was named where a mass was hidden, which explained 0.971 of that
+_SIMPLER = 1.0 / MORE
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
 
 
@@ -69,9 +68,11 @@ def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     if simpler in sound and gains[simpler] >= _SIMPLER * gains[best]:
         best = simpler
 
+    def values_of(one: str) -> int:
+        return sum(has_price(c, fits[one].values) for c in search.known[one].coordinates)
+
     def is_alike(other: str) -> bool:
-        simpler = len(search.known[other].coordinates) < len(search.known[best].coordinates)
-        return gains[other] >= (_SIMPLER if simpler else ALIKE) * gains[best]
+        return gains[other] >= (_SIMPLER if values_of(other) < values_of(best) else ALIKE) * gains[best]
 
     rivals = sorted((n for n in sound if n != best and is_alike(n)), key=lambda n: -gains[n])
     more = [n for n in rivals if search.contained(n) == best and n != name]  # more values explain a little more

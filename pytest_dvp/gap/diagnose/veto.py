@@ -66,21 +66,24 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
         return strict
     again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),
                   fragment=PRACTICAL, new=new)  # fmt: skip
-    return again._replace(vetoed=(*strict.vetoed, *again.vetoed))
+    return again._replace(vetoed=(*strict.vetoed, *again.vetoed), chose=strict.chose)
 
 
 def _asked_anew(search: Search, refuted: Judged, apart: Apart) -> Judged:
-    """Where held-out data refute all that was found, and too much is left over: what explains it without that."""
+    """Where held-out data refute all that was found, and too much is left over: what explains it without that, and
+    without what means nothing, asked until nothing else is found."""
+    barred = set(refuted.vetoed)
     while search.misfit(refuted.found.final) and not refuted.found.final.names:
         search.tick("without what held-out data refute")
-        base = search.trial((), search.start)
-        grown = search.grown(base, [], barred=refuted.vetoed)
-        if not grown.names:
-            break
+        grown = search.grown(search.trial((), search.start), [], barred=barred)
         final = search.credible_set(search.trial(grown.names, grown.values, zoom=True, like=grown))
         other = SearchResult(final, {}, refuted.found.not_excited)
         again = _veto(search, other, refuted.judges, apart, fragment=PRACTICAL, new=True)
-        refuted = again._replace(vetoed=(*refuted.vetoed, *again.vetoed))
+        gone = {*grown.names, *final.names} - {*again.found.final.names} - barred
+        refuted = again._replace(vetoed=tuple(dict.fromkeys((*refuted.vetoed, *again.vetoed))))
+        if not gone:
+            break
+        barred |= gone
     return refuted
 
 
@@ -90,8 +93,8 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
 
     Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
     have their own, as long as that gains. fragment: chi^2/N that an effect has to gain there, if the twin has a known
-    remainder, and it gains little where it is fitted or is no larger than that remainder imitates; new: too much is
-    left over without it for that remainder, so that its size says nothing.
+    remainder, and it gains little where it is fitted or is no larger than that remainder imitates; new: unless too much
+    for that remainder is left over without it.
     """
     vetoed: list[str] = []
     given, tried_apart = judges, False
@@ -99,9 +102,11 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
         final = found.final
         gains: dict[str, float] = {}
         fitted: dict[str, float] = {}
+        needed = []
         for name in final.names:
             less = search.without(final, name)
             fitted[name] = (less.chi2 - final.chi2) / search.count
+            needed += [name] if new and search.misfit(less) else []
             total, samples = 0.0, 0
             for fold in judges:
                 if fold_excites(search, fold, final, name):
@@ -121,7 +126,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             n
             for n in final.names
             if search.target.excused
-            and (fitted[n] < LITTLE or (not new and is_imitated(search, final, n)))
+            and (fitted[n] < LITTLE or (n not in needed and is_imitated(search, final, n)))
             and gains.get(n, fitted[n]) < fragment
         ]
         told = as_told(search, final) if fragments else final

@@ -191,6 +191,32 @@ def test_what_held_out_data_refute_makes_way_for_what_they_do_not() -> None:
     assert asked == [("brake_gain",)]
 
 
+def test_what_the_remainder_may_make_does_not_stay_beside_what_is_new(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the drive too much is left, without the brake not."""
+    monkeypatch.setattr(veto, "is_imitated", lambda *_: True)
+    search = Found({"drive_gain": 5.0, "brake_gain": 2.1 * ABOVE_REMAINDER}, {"drive_gain": 0.0, "brake_gain": 0.0})
+    search.misfit = lambda best: "drive_gain" not in best.names  # type: ignore[method-assign]
+    search.nothing_else_found()
+    assert judged(search) == ("drive_gain",)
+
+
+def test_what_means_nothing_is_not_found_again_and_again() -> None:
+    """Far from the car an effect is taken up without being sure of it, and a sure set has it no more."""
+    search = Found({"brake_gain": 2.0, "brake_limit": 1.9}, {"brake_gain": -1.0, "brake_limit": 0.0})
+    search.misfit = lambda best: True  # type: ignore[method-assign]
+    asked: list[set[str]] = []
+
+    def grown(now: Any, turns: Any, barred: Any = ()) -> SimpleNamespace:
+        asked.append(set(barred))
+        return search.trial(tuple({"brake_limit"} - set(barred)))
+
+    search.finds(grown)
+    search.credible_set = lambda best: search.trial(())
+    found = SearchResult(search.trial(("brake_gain",)), {}, ())  # type: ignore[arg-type]
+    assert veto.judged(search, found, (judge(),), lambda: ()).found.final.names == ()  # type: ignore[arg-type]
+    assert asked == [{"brake_gain"}, {"brake_gain", "brake_limit"}]
+
+
 def test_a_twin_keeps_what_it_learnt_where_an_addition_explains_all(monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*_: Any) -> Any:
         raise AssertionError("asked which effects to remove")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,12 @@ def test_of_what_may_take_a_place_only_those_asked_for_are_fitted() -> None:
     (only,) = search.in_place_of(best, "drive_gain", ("mass",))
     assert only.names == ("mass",)
     assert only.chi2 == pytest.approx(every[only.names].chi2)
+
+
+@pytest.mark.parametrize(("motor", "values"), [(0.0, 1), (0.19, 1), (0.21, 2)])
+def test_a_value_that_comes_late_has_a_price_once_it_is_worth_a_name(motor: float, values: int) -> None:
+    """A motor that takes over 0.2 m/s^2 is; each value costs 0.005 of chi^2/N."""
+    search = a_search(World({BRAKE: 300.0 * direction(0)}, {BRAKE: 0.9}), "brake_gain")
+    trial = search.trial(("brake_gain",), {BRAKE: 0.9})
+    trial = dataclasses.replace(trial, values={**trial.values, ("brake_gain", "motor"): motor})
+    assert search.cost(trial) - trial.chi2 == pytest.approx(0.005 * max(1000.0, trial.chi2) * values)

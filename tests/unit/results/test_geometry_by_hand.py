@@ -28,7 +28,7 @@ QUARTER = 0.5 * math.pi
 def test_which_segments_begin_near(reach: float, found: list[int]) -> None:
     """From (3, 4): (0, 0) is 5 m away, (3, 0) 4 m; no segment begins at the end of the line."""
     line, close = np.array([[0.0, 0.0], [3.0, 0.0], [9.0, 0.0]]), np.zeros(2, dtype=np.int64)
-    assert close[: gather(3.0, 4.0, line, reach, close)].tolist() == found
+    assert close[: gather(3.0, 4.0, line, reach, 6.0, close)].tolist() == found
 
 
 @pytest.mark.parametrize(

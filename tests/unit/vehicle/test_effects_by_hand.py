@@ -93,9 +93,12 @@ PLAIN: tuple[Row, ...] = (
     ("drive_gain", {"g": 1.5}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -2.0, "accel_lead": 1.0}),
     ("brake_gain", {"g": 1.5, "motor": 0.0}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -3.0, "accel_lead": 1.5}),
     ("brake_gain", {"g": 1.5, "motor": 0.0}, {"accel": 2.0, "accel_lead": 1.0}, {"accel": 2.0, "accel_lead": 1.0}),
-    # a motor takes over 1.5 m/s^2: of 2 m/s^2 the brakes have 0.5, and 1 m/s^2 does not come to them
-    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 1.0}, {"accel": -2.25, "accel_lead": 1.5}),
-    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -1.0, "accel_lead": 1.0}, {"accel": -1.0, "accel_lead": 1.0}),
+    # a motor takes over 1.5 m/s^2: 1 m/s^2 does not come to the brakes, of 2 m/s^2 they have 0.5, and in a step from
+    # 1 to 3 m/s^2 they have 1.5 at its end
+    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -1.0, "accel_lead": 0.0}, {"accel": -1.0, "accel_lead": 0.0}),
+    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 0.0}, {"accel": -2.25, "accel_lead": 0.0}),
+    ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 1.0},
+     {"accel": -2.375, "accel_lead": 1.375}),
     ("mass", {"ratio": 2.0}, {"accel": 2.0, "accel_lead": 3.0, "accel_jump": 4.0, "accel_arrived": 5.0},
      {"accel": 1.0, "accel_lead": 1.5, "accel_jump": 2.0, "accel_arrived": 2.5}),
     ("brake_limit", {"limit": 4.0}, {"accel": -3.5, "accel_lead": 0.5}, {"accel": -3.5, "accel_lead": 0.5}),

@@ -284,6 +284,12 @@ def test_a_wrong_shape_is_told_by_its_path(table: Any, key: str, says: str) -> N
     assert refused.value.key == key
 
 
-def test_an_effect_of_others_that_is_not_loaded_stays_in_the_tables_of_a_twin() -> None:
-    own = {"imitates": {"brake_lag_of_our_trailer": {"t": 0.1}}}
-    assert read_shape(own).imitates == own["imitates"]
+@pytest.mark.parametrize("name", ["brake_lag_of_our_trailer", "brake_lag2", "my_brake_gain", "xmass"])
+def test_an_effect_of_others_that_is_not_loaded_stays_in_the_tables_of_a_twin(name: str) -> None:
+    assert read_shape({"imitates": {name: {"t": 0.1}}}).imitates == {name: {"t": 0.1}}
+
+
+@pytest.mark.parametrize("name", ["brake_gan", "brake_gaain", "brake_gaim", "brake_gian", "Brake_Gain", "ptich"])
+def test_a_name_with_one_slip_is_refused(name: str) -> None:
+    with pytest.raises(ModelError, match="unknown effect"):
+        read_shape({"imitates": {name: {"g": 0.1}}})

@@ -43,7 +43,12 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
     ),
 )
 def brake_gain(x: Bus, p: Any, m: Any) -> None:
-    brakes = x.accel + p.motor
-    if x.accel < 0.0 and brakes < 0.0:
-        x.accel += (p.g - 1.0) * brakes
+    if p.motor > 0.0:
+        start, end = x.accel + x.accel_lead, x.accel - x.accel_lead
+        start += (p.g - 1.0) * min(start + p.motor, 0.0)
+        end += (p.g - 1.0) * min(end + p.motor, 0.0)
+        x.accel = 0.5 * (start + end)
+        x.accel_lead = start - x.accel
+    elif x.accel < 0.0:
+        x.accel *= p.g
         x.accel_lead *= p.g
