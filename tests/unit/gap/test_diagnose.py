@@ -16,10 +16,11 @@ from pytest_dvp.gap.diagnose import all_cores
 from pytest_dvp.gap.diagnose.all_cores import cores
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.removal import price
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
-from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.effect_catalogue import catalogue, find_effect
 from vehicle.model.model_file import parse_model
 from vehicle.model.vehicle_model import VehicleModel
 
@@ -80,7 +81,8 @@ def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> N
     """What is missing elsewhere can make an effect of the model look as if it were too much."""
 
     def answer(chi2: float, values: int) -> Any:
-        return SimpleNamespace(final=SimpleNamespace(chi2=chi2, fit=SimpleNamespace(coordinates=[None] * values)))
+        plain = [Coordinate("mass", find_effect("mass").key("ratio"))] * values
+        return SimpleNamespace(final=SimpleNamespace(chi2=chi2, fit=SimpleNamespace(coordinates=plain), values={}))
 
     assert price(answer(350.0, 1), 1000, 0) < price(answer(300.0, 2), 1000, 0)
     assert price(answer(350.0, 1), 1000, 0) < price(answer(300.0, 1), 1000, 1)
