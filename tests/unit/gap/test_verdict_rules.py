@@ -90,10 +90,10 @@ def test_the_ladder_begins_with_what_would_be_missed_most() -> None:
     world = World({DRIVE: 200.0 * direction(0), BRAKE: 300.0 * direction(1)}, {DRIVE: 0.9, BRAKE: 0.9})
     search = a_search(world, "drive_gain", "brake_gain")
     final = search.trial(("drive_gain", "brake_gain"), {DRIVE: 0.9, BRAKE: 0.9})
-    found = _ladder(search, final)
+    found = _ladder(search, final, final.values)
     assert [t.names for t in found] == [(), ("brake_gain",), ("brake_gain", "drive_gain")]
     assert [t.chi2 for t in found] == pytest.approx([ROWS + 1300.0, ROWS + 400.0, ROWS], rel=1e-3)
-    assert len(_ladder(search, search.trial((), {}))) == 1
+    assert len(_ladder(search, search.trial((), {}), {})) == 1
 
 
 def test_what_makes_it_worse_before_another_effect_is_there_comes_after_that() -> None:
@@ -106,9 +106,11 @@ def test_what_makes_it_worse_before_another_effect_is_there_comes_after_that() -
 
     def ladder(missed: dict[str, float]) -> list[tuple[str, ...]]:
         search: Any = SimpleNamespace(
-            start={}, trial=trial, without=lambda final, name: SimpleNamespace(chi2=missed[name])
-        )
-        return [t.names for t in _ladder(search, SimpleNamespace(names=tuple(missed), values={}))]  # type: ignore[arg-type]
+            start={}, trial=trial, without=lambda final, name: SimpleNamespace(chi2=missed[name]),
+            target=World({}),
+        )  # fmt: skip
+        final: Any = SimpleNamespace(names=tuple(missed), values={})
+        return [t.names for t in _ladder(search, final, {})]
 
     assert ladder({"delay": 9.0, "tyres": 8.0, "lag": 7.0}) == [
         (), ("tyres",), ("tyres", "delay"), ("tyres", "delay", "lag")
