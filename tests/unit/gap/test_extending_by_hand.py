@@ -340,7 +340,7 @@ class Diagnosing:
             "with_sensors_asked": lambda search, final, judges: Tied(final, ()),
             "rivals_of": lambda search, judges, found: dict.fromkeys(names, ("near", "far")),
             "_measured": lambda search, final, model: (final, {}),
-            "_ladder": lambda search, final: made, "_given": lambda search, gone, judges: steps, "step": told,
+            "_ladder": lambda search, final, told: made, "_given": lambda search, gone, judges: steps, "step": told,
             "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,
             "Dependences": lambda *asked: SimpleNamespace(of=lambda name: None), "opinions": lambda *asked: {},
             "is_beyond_remainder": lambda *asked: True,
