@@ -167,7 +167,7 @@ class _Call:
         deadline, limit = self._deadline, self._limit
         if limit == deadline.wall == _NEVER:
             return
-        self._until = time.monotonic() + limit
+        self._until = min(time.monotonic() + limit, deadline.wall)
         try:
             deadline.begin(self._until)
         except BaseException as error:  # the interruption may come at once

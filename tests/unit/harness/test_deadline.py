@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -51,3 +53,13 @@ def test_a_late_call_is_told_as_such_and_the_next_one_is_not(call: Callable[[Dea
         thread.start()
         thread.join()
     assert found == [StackHung] * ROUNDS
+
+
+def test_without_a_limit_of_a_call_the_run_still_has_its_end() -> None:
+    deadline = Deadline("s", math.inf)
+    deadline.wall, deadline.wall_limit = time.monotonic() + LIMIT, LIMIT
+    try:
+        with pytest.raises(StackHung, match=r"did not return before the wall limit of 0\.02 s ended the run"):
+            endless(deadline)
+    finally:
+        deadline.close()
