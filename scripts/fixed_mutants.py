@@ -1,4 +1,4 @@
-"""Five mutants that are judged in each `make nightly`, one of each folder:  python -m scripts.fixed_mutants
+"""Five mutants that are judged in each `make test`, one of each folder:  python -m scripts.fixed_mutants
 
 They show that the machinery works: a mutant takes effect, and its tests see it. Each is cheap.
 """

@@ -234,7 +234,6 @@ def test_the_interval_ends_where_the_count_is_196_standard_deviations_off(killed
             assert abs(killed / count - end) == pytest.approx(1.959964 * sqrt(end * (1.0 - end) / count))
 
 
-@pytest.mark.nightly
 def test_five_mutants_are_killed() -> None:
     run = subprocess.run([sys.executable, "-m", "scripts.fixed_mutants"], cwd=ROOT, capture_output=True, text=True)
     assert run.stdout.count("killed: ") == len(FIXED) == 5, run.stdout + run.stderr
