@@ -15,6 +15,8 @@ from pytest_dvp.drive.run_spec import RunSpec
 
 pytest_plugins = ["pytester"]
 
+SKIP_LINES = 10  # of the summary: more than that nobody reads; chosen
+_RARE = "rarer reasons, which -rs tells for a single file"
 ROOT = Path(__file__).resolve().parents[1]
 ASK = runnable_scenarios._ask
 
@@ -71,20 +73,20 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Skipped tests take one line a folder and reason in the summary, not one a test: there would be sixty.
-
-    A reason that only one file of the folder has keeps the name of that file.
+    """Skipped tests take one line a reason in the summary, not one a test, and no more than SKIP_LINES: there would be
+    hundreds. A line names the file, or the folder of all that have its reason; the rarest reasons share the last line.
     """
     skipped = [report for report in terminalreporter.stats.get("skipped", []) if isinstance(report.longrepr, tuple)]
-    files: dict[tuple[Path, str], set[Path]] = {}
+    by_reason: dict[str, list[Path]] = {}
     for report in skipped:
-        path, _, reason = report.longrepr
-        files.setdefault((Path(path).parent, reason), set()).add(Path(path))
+        path = terminalreporter.config.rootpath / report.longrepr[0]
+        by_reason.setdefault(report.longrepr[2], []).append(path)
+    often = sorted(by_reason, key=lambda reason: (-len(by_reason[reason]), reason))
+    rare = often[SKIP_LINES - 1 :] if len(often) > SKIP_LINES else []
+    by_reason[_RARE] = [path for reason in rare for path in by_reason[reason]]
     for report in skipped:
-        path, _, reason = report.longrepr
-        folder = Path(path).parent
-        named = path if len(files[folder, reason]) == 1 else str(folder)
-        report.longrepr = (named, None, reason)
+        reason = _RARE if report.longrepr[2] in rare else report.longrepr[2]
+        report.longrepr = (os.path.commonpath(by_reason[reason]), None, reason)
 
 
 @pytest.fixture(scope="session")

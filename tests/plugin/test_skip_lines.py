@@ -1,4 +1,4 @@
-"""The summary of our own suite is short: one line for all tests of a folder that are skipped for one reason."""
+"""The summary of our own suite is short: one line for all tests that are skipped for one reason, and ten in all."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_c():
 
 
 @pytest.mark.parametrize("workers", [0, 2])
-def test_skips_of_a_folder_take_one_line_a_reason(pytester: pytest.Pytester, workers: int) -> None:
+def test_skips_take_one_line_a_reason(pytester: pytest.Pytester, workers: int) -> None:
     pytester.makeconftest("from tests.conftest import pytest_terminal_summary")
     one, other = (pytester.mkdir(name) for name in ("one", "other"))
     (one / "test_x.py").write_text(NO_BROWSER)
@@ -35,6 +35,17 @@ def test_skips_of_a_folder_take_one_line_a_reason(pytester: pytest.Pytester, wor
     assert sorted(line for line in result.outlines if line.startswith("SKIPPED")) == [
         "SKIPPED [1] one/test_x.py: no roscore",
         "SKIPPED [1] one/test_y.py: no compiler",
-        "SKIPPED [1] other/test_z.py: no browser",
-        "SKIPPED [4] one: no browser",
+        "SKIPPED [5] .: no browser",
     ]
+
+
+def test_the_rarest_reasons_share_the_tenth_line(pytester: pytest.Pytester) -> None:
+    """Twelve reasons, the twelfth of which twelve tests have, the eleventh eleven, and so on."""
+    pytester.makeconftest("from tests.conftest import pytest_terminal_summary")
+    test = "import pytest\n@pytest.mark.parametrize('k', range({0}))\ndef test_{0}(k):\n    pytest.skip('reason {0}')\n"
+    pytester.makepyfile(**{f"test_{n}": test.format(n) for n in range(1, 13)})
+    result = pytester.runpytest_inprocess("-rs")
+    lines = [line for line in result.outlines if line.startswith("SKIPPED")]
+    assert len(lines) == 10
+    assert "SKIPPED [12] test_12.py: reason 12" in lines
+    assert "SKIPPED [6] .: rarer reasons, which -rs tells for a single file" in lines  # 1 + 2 + 3 tests
