@@ -35,7 +35,8 @@ class Deadline:
     """Interrupts what runs `within` it, in the thread that calls it.
 
     name   of the stack, for messages
-    limit  [s] of wall time for a call; `math.inf` for none. Time in which numba compiles does not count.
+    limit  [s] of wall time for a call. Time in which numba compiles does not count. `math.inf` for none, neither that of
+           the run: a stack in a process of its own watches both itself.
     wall   time (`time.monotonic`) at which the whole run must be over; `wall_limit` how long it had [s]
     """
 
@@ -167,7 +168,7 @@ class _Call:
         deadline, limit = self._deadline, self._limit
         if limit == deadline.wall == _NEVER:
             return
-        self._until = min(time.monotonic() + limit, deadline.wall)
+        self._until = time.monotonic() + limit
         try:
             deadline.begin(self._until)
         except BaseException as error:  # the interruption may come at once
