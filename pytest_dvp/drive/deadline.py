@@ -35,8 +35,8 @@ class Deadline:
     """Interrupts what runs `within` it, in the thread that calls it.
 
     name   of the stack, for messages
-    limit  [s] of wall time for a call. Time in which numba compiles does not count. `math.inf` for none, neither that of
-           the run: a stack in a process of its own watches both itself.
+    limit  [s] of wall time for a call. Time in which numba compiles does not count. `math.inf` for none, neither that
+           of the run: a stack in a process of its own watches both itself.
     wall   time (`time.monotonic`) at which the whole run must be over; `wall_limit` how long it had [s]
     """
 

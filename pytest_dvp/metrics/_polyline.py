@@ -13,7 +13,9 @@ from pytest_dvp.logs.log_contents import FloatArray
 Indices: TypeAlias = NDArray[np.int64]
 
 NEAR = 1.0  # m that a point may move until the segments that could be nearest to it are gathered anew
-RETRY = 64  # points until they are gathered again, where those before served no other point; both chosen by measuring
+RETRY = 64  # points until they are gathered again, where those before served no other point
+# Both chosen by measuring, on lines of 0.2 to 10 km in steps of 0.5 and 1 m with rows at 100 Hz: 0.7 to 1.1 times the
+# time of a window of 65 segments, and a quarter of it on a line of 2 km that lies on itself.
 SLACK = 1e-6  # m, far above what rounding does to a distance on a road
 
 

@@ -103,7 +103,7 @@ def effects_of_files(paths: Iterable[Path]) -> dict[str, Effect]:
     return found
 
 
-_WHERE = "see `dvp effects`; effects of your own come with --effects FILE.py"
+WHERE = "see `dvp effects`; effects of your own come with --effects FILE.py"
 
 
 def find_effect(name: str, extra: Mapping[str, Effect] | None = None) -> Effect:
@@ -111,5 +111,5 @@ def find_effect(name: str, extra: Mapping[str, Effect] | None = None) -> Effect:
     known = {**catalogue(), **(extra or {})}
     if name not in known:
         near = nearest_name(name, known)
-        raise ModelError("unknown effect", key=name, found=name, allowed=_WHERE, nearest=near)
+        raise ModelError("unknown effect", key=name, found=name, allowed=WHERE, nearest=near)
     return known[name]

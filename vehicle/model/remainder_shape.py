@@ -34,7 +34,7 @@ from types import MappingProxyType
 from typing import Any
 
 from vehicle.model.effect import Effect
-from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.effect_catalogue import WHERE, catalogue
 from vehicle.model.errors import ModelError, is_misspelt, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS, Remainder, ordered, read_remainder
 
@@ -94,7 +94,7 @@ def _by_effect(
     for effect, keys in _table(table, name).items():
         near = "" if effect in known else nearest_name(effect, tuple(known))
         if near and is_misspelt(effect, near):
-            raise ModelError("unknown effect", key=f"{name}.{effect}", found=effect, nearest=near)
+            raise ModelError("unknown effect", key=f"{name}.{effect}", found=effect, allowed=WHERE, nearest=near)
         if not isinstance(keys, Mapping):
             raise ModelError("must be a table of the effect's keys", key=f"{name}.{effect}", found=repr(keys))
         allowed = [key.name for key in known[effect].parameters] if effect in known else [*keys]

@@ -50,7 +50,7 @@ class Timing:
 
 
 class Noise:
-    """Standard normal and uniform numbers, each from an own generator, drawn in blocks so that one costs 40 ns.
+    """Standard normal and uniform numbers, each from an own generator, drawn in blocks, as a call for each costs more.
 
     normal, uniform   give the next number: of the standard normal distribution, of [0, 1)
     """

@@ -68,11 +68,11 @@ def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
     if simpler in sound and gains[simpler] >= _SIMPLER * gains[best]:
         best = simpler
 
-    def values_of(one: str) -> int:
+    def priced(one: str) -> int:
         return sum(has_price(c, fits[one].values) for c in search.known[one].coordinates)
 
     def is_alike(other: str) -> bool:
-        return gains[other] >= (_SIMPLER if values_of(other) < values_of(best) else ALIKE) * gains[best]
+        return gains[other] >= (_SIMPLER if priced(other) < priced(best) else ALIKE) * gains[best]
 
     rivals = sorted((n for n in sound if n != best and is_alike(n)), key=lambda n: -gains[n])
     more = [n for n in rivals if search.contained(n) == best and n != name]  # more values explain a little more

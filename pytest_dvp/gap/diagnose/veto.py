@@ -45,8 +45,8 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     """The result without effects that lose on data they were not fitted on.
 
     Of a twin with a known remainder, effects that gain no more than that may change by go, too, unless too much is left
-    over without them: something new is there then, and what explains it best is told, if only the data fitted on show
-    it. Where nothing is named any more that a remainder could not be, an effect that is quieter than they seemed may be
+    over without them: something new is there then, and what explains it best is told, even if no other data show it.
+    Where nothing is named any more that a remainder could not be, an effect that is quieter than they seemed may be
     there, and is asked for.
     """
     preferred = grown_for_held_out(search, chosen(search, found, judges), judges)
