@@ -117,6 +117,8 @@ def _longest_constant(t: FloatArray, values: FloatArray) -> tuple[float, float]:
 
 def _saturated(log: Log, name: str, values: FloatArray, file: str, findings: Findings) -> None:
     known = values[np.isfinite(values)]
+    if known.max() == known.min():
+        return  # a steady circle of a simulated car: one value has no limit
     for extreme in (float(known.max()), float(known.min())):
         at = known == extreme
         count = int(np.count_nonzero(at))

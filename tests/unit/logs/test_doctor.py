@@ -44,6 +44,13 @@ def test_a_straight_drive_at_constant_speed_has_no_finding() -> None:
     assert told({"t": t, "x": 20 * t, "y": 0 * t, "yaw": 0 * t, "v": 20 + 0 * t}) == []
 
 
+def test_a_steady_circle_of_a_simulated_car_has_no_finding() -> None:
+    """Its yaw rate and lateral acceleration never change: no sensor is at the end of its range."""
+    t, turn = np.arange(400) * 0.02, 0.2
+    circle = {"x": 10.0 / turn * np.sin(turn * t), "y": 10.0 / turn * (1.0 - np.cos(turn * t)), "yaw": turn * t}
+    assert told({"t": t, **circle, "v": 10 + 0 * t, "yaw_rate": turn + 0 * t, "ay": 10 * turn + 0 * t}) == []
+
+
 def test_a_simulated_car_without_noise_that_stands_for_long_has_no_finding() -> None:
     quiet = drive(noise=0.0)
     still = {n: np.concatenate([c, np.repeat(c[1100:1101], 400), c[1100:]]) for n, c in quiet.items()}
