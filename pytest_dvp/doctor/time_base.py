@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from openscenario.findings import Findings
@@ -44,7 +46,7 @@ _ONE = (
 )
 _EXPLANATIONS: tuple[tuple[tuple[str, ...], ...], ...] = (
     *((one,) for one in _ONE),
-    *((one, two) for i, one in enumerate(_ONE) for two in _ONE[i + 1 :] if not set(one) & set(two)),
+    *((one, two) for one, two in itertools.combinations(_ONE, 2) if not set(one) & set(two)),
 )
 
 

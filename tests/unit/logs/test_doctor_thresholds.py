@@ -9,11 +9,12 @@ import re
 
 import numpy as np
 import pytest
+from known_motion import STEP, motion
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.excitation import _missed
 from pytest_dvp.doctor.missing_values import check_missing
-from pytest_dvp.doctor.redundant_motion import Motion, motion_of
+from pytest_dvp.doctor.redundant_motion import motion_of
 from pytest_dvp.doctor.sensor_faults import check_sensors
 from pytest_dvp.doctor.speed_and_acceleration import check_speed, check_wishes
 from pytest_dvp.doctor.time_base import check_rate, check_stamps
@@ -21,8 +22,6 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.shown_by import BY_SLOT
-
-STEP = 0.02  # s
 
 
 def codes(findings: Findings) -> list[str]:
@@ -98,12 +97,6 @@ def test_between_two_samples_of_a_slower_channel_nothing_is_missing(late: float,
     findings = Findings()
     check_missing(Log({"t": t, "v": v}), "log.csv", findings)
     assert codes(findings) == told
-
-
-def motion(**of: FloatArray) -> Motion:
-    count = len(next(iter(of.values())))
-    t = np.arange(count) * STEP
-    return Motion(t, STEP, of, np.full(count, np.nan), np.full(count, np.nan), np.ones(count, bool))
 
 
 @pytest.mark.parametrize(("seconds", "told"), [(0.9, []), (1.1, ["log.dead_sensor"])])
