@@ -51,7 +51,7 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
     pairs = _pairs(witnesses, motion.step * rows_between(motion))
     sizes = {name: _high(log, name) for name in _STEERS}
     named = [name for name in _RATES if name in witnesses] + [name for name in _STEERS if sizes[name] > 0.0]
-    choices = [(1.0, DEGREES, 1.0 / DEGREES) if name in _RATES else _STEER_FACTORS for name in named]
+    choices = [_RATE_FACTORS if name in _RATES else _STEER_FACTORS for name in named]
     lateral = _lateral(motion)
 
     def cost(factors: tuple[float, ...]) -> float:
@@ -79,7 +79,8 @@ def _righted(motion: Motion, wrong: dict[str, float]) -> Motion:
     return dataclasses.replace(motion, of=of, heading=np.full(len(motion.t), np.nan))
 
 
-_STEER_FACTORS = (1.0, DEGREES, 1.0 / DEGREES, HAND_WHEEL, HAND_WHEEL * DEGREES)
+_RATE_FACTORS = (1.0, DEGREES, 1.0 / DEGREES)
+_STEER_FACTORS = (*_RATE_FACTORS, HAND_WHEEL, HAND_WHEEL * DEGREES)
 
 
 def _witnesses(motion: Motion) -> dict[str, FloatArray]:
@@ -145,7 +146,7 @@ def _disagreement(pairs: list[Pair], read: dict[str, float]) -> float:
 
 
 _EXPLAINED = {
-    False: (1.0, DEGREES, 1.0 / DEGREES),
+    False: _RATE_FACTORS,
     True: tuple(f / g for f in _STEER_FACTORS for g in _STEER_FACTORS),
 }
 
