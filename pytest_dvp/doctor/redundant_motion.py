@@ -7,6 +7,7 @@ stamps: d(yaw)/W against mean(yaw_rate) needs no differentiation, so noise and u
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,7 @@ def part_of(motion: Motion, begin: int, end: int) -> Motion:
 
 def rows_between(motion: Motion) -> int:
     """Every how many rows of the grid there is something new to tell: means over WINDOW are that slow."""
-    return max(1, round(_THIN / motion.step), len(motion.t) // _MOST)
+    return max(1, round(_THIN / motion.step), math.ceil(len(motion.t) / _MOST))
 
 
 def motion_of(log: Log) -> Motion | None:

@@ -7,9 +7,9 @@ from math import degrees
 
 import numpy as np
 import pytest
-from known_motion import STEP, findings, rate_and_integral, times, way
+from known_motion import STEP, findings, motion, rate_and_integral, times, way
 
-from pytest_dvp.doctor.redundant_motion import motion_of
+from pytest_dvp.doctor.redundant_motion import motion_of, rows_between
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -65,6 +65,12 @@ def test_scales_are_judged_by_a_point_each_tenth_of_a_second(moving: float, elem
     rate, _ = rate_and_integral(0.2, 1.0, deviation=0.05)
     found = findings({"t": t, "v": v, "yaw_rate": degrees(1.0) * rate(t), "ay": v * rate(t)}, "log.implausible_range")
     assert [each.element for each in found] == elements
+
+
+@pytest.mark.parametrize(("rows", "every"), [(100_000, 5), (119_000, 6)])
+def test_scales_are_judged_by_twenty_thousand_points_at_most(rows: int, every: int) -> None:
+    """Of rows each 0.02 s every fifth one is 0.1 s after the last; 20,000 of these are half an hour."""
+    assert rows_between(motion(v=np.zeros(rows))) == every
 
 
 @pytest.mark.parametrize("seconds", [3_800.0, 4_200.0])
