@@ -18,6 +18,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
+from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
 
@@ -101,6 +102,18 @@ def test_an_effect_of_two_parameters_begins_at_four_by_four_points_and_coarsely_
     so the next odd number is spread and the middle left out, which makes four of five and two of three."""
     found = candidate("steer_asymmetry")
     assert (len(found.points), len(found.coarse)) == (4 * 4, 2 * 2)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "fine", "coarse"), [(1, 5, 3), (2, 4**2, 3**2), (3, 2**3, 2**3), (4, 2**4, 2**4)]
+)
+def test_an_effect_begins_at_fewer_points_of_each_parameter_the_more_it_has(
+    parameters: int, fine: int, coarse: int
+) -> None:
+    """Each does nothing at the lower end of its range, so that no point falls on its neutral value and is left out."""
+    keys = tuple(Key(f"k{n}", "-", 0.0, 1.0, neutral=0.0, least=0.1) for n in range(parameters))
+    (found,) = candidates(MODEL, [dataclasses.replace(find_effect("drive_gain"), name="mine", parameters=keys)])
+    assert (len(found.points), len(found.coarse)) == (fine, coarse)
 
 
 @pytest.mark.parametrize(("times", "seen"), [(3.9, False), (4.1, True)])
