@@ -106,6 +106,41 @@ def a_trial(chi2: float, *names: str, segments: Any = None, values: Any = None, 
     return Trial(names, values or {}, fit, rows)
 
 
+class Given(Search):
+    """A search in which a set leaves a given chi^2, whatever its values; vague: effects whose value means nothing."""
+
+    leaves: dict[frozenset[str], float]
+    vague: tuple[str, ...] = ()
+
+    def trial(self, names: Any, start: Any, **options: Any) -> Trial:  # type: ignore[override]
+        rows = np.full(50, self.leaves.get(frozenset(names), 9e3) / 50.0)
+        parts = tuple(Coordinate(name, self.known[name].effect.parameters[0]) for name in names)
+        fit = Fit(parts, {}, np.zeros(1), float(rows.sum()), np.zeros((len(parts), 1)))
+        return Trial(tuple(names), dict(start), fit, rows)
+
+    def is_credible(self, trial: Trial, name: str, target: Any = None, certain: bool = True) -> bool:
+        return name not in self.vague
+
+    def misfit(self, now: Trial) -> bool:
+        return now.chi2 > 1300.0
+
+    def _matters(self, trial: Trial, name: str, target: Any) -> bool:
+        return True
+
+    def _scan(self, now: Trial, names: Any, needed: float = 0.0) -> Any:
+        sets = {name: frozenset((*now.names, name)) for name in names if name not in now.names}
+        return sorted((self.leaves.get(each, 9e3), name, {}) for name, each in sets.items())
+
+
+def given(leaves: dict[str, float], *names: str, refiners: tuple[str, ...] = (), excused: bool = False,
+          channels: float = 3.0, vague: tuple[str, ...] = ()) -> Given:  # fmt: skip
+    """leaves: chi^2 by names with a blank between."""
+    world = World({}, excused=excused, channels={"v": channels})
+    found = Given(world, tried(*names), refiners=tried(*refiners))  # type: ignore[arg-type]
+    found.leaves, found.vague = {frozenset(key.split()): value for key, value in leaves.items()}, vague
+    return found
+
+
 class SettledSearch:
     """A search of which all that was found is credible, and to whose sets nothing is added or taken away."""
 
