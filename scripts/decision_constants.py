@@ -24,9 +24,11 @@ FILES = (
         for name in (
             "angle_units",
             "missing_values",
+            "position_drift",
             "redundant_motion",
             "sensor_faults",
             "signs_and_axes",
+            "smoothing",
             "speed_and_acceleration",
             "time_base",
             "excitation",
@@ -81,19 +83,26 @@ class MovedConstant:
 def moved_constants() -> Iterator[MovedConstant]:
     """Each number of each constant of FILES, once larger and once smaller."""
     for path in FILES:
-        for statement in ast.parse((ROOT / path).read_text(encoding="utf-8")).body:
-            targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
-            if not isinstance(targets[0], ast.Name) or getattr(statement, "value", None) is None:
-                continue
-            name = targets[0].id
-            if not name.isupper() or name in _NO_DECISION:
-                continue
-            for node in ast.walk(statement.value):
-                if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.end_col_offset:
-                    for value in _others(node.value):
-                        yield MovedConstant(
-                            path, node.lineno, node.col_offset, node.end_col_offset, name, node.value, value
-                        )
+        yield from moved_in(path, (ROOT / path).read_text(encoding="utf-8"))
+
+
+def moved_in(path: str, source: str) -> Iterator[MovedConstant]:
+    """Each number of each constant of a file with this text."""
+    for statement in ast.parse(source).body:
+        target = statement.targets[0] if isinstance(statement, ast.Assign) else getattr(statement, "target", None)
+        value = getattr(statement, "value", None)
+        if target is None or value is None:
+            continue
+        # Several names may stand in one statement: A, B = 1.0, 2.0
+        name = ", ".join(node.id for node in ast.walk(target) if isinstance(node, ast.Name))
+        if not name.isupper() or name in _NO_DECISION:
+            continue
+        for node in ast.walk(value):
+            if isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.end_col_offset:
+                for moved in _others(node.value):
+                    yield MovedConstant(
+                        path, node.lineno, node.col_offset, node.end_col_offset, name, node.value, moved
+                    )
 
 
 def _others(value: float) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from scripts import mutant_coverage, mutant_session, mutant_tests
-from scripts.decision_constants import MovedConstant
+from scripts.decision_constants import MovedConstant, moved_in
 from scripts.fixed_mutants import FIXED
 from scripts.mutant_sample import FOLDERS, ROOT, Mutant, mutants, stratified
 from scripts.mutants import wilson
@@ -72,6 +72,14 @@ def test_each_beginning_of_the_sample_has_the_proportions_of_the_whole() -> None
 def test_a_moved_constant_changes_its_number_alone() -> None:
     moved = MovedConstant("pytest_dvp/gap/x.py", 2, 4, 7, "A", 0.5, 0.75)
     assert moved.source("B = 1\nA = 0.5  # m\n") == "B = 1\nA = 0.75  # m\n"
+
+
+def test_every_number_of_a_constant_is_moved_up_and_down() -> None:
+    """By a half and to two thirds, whole numbers up to 10 by one; also where two names stand in one statement."""
+    source = "A, B = 1.5, 20\nC = (3, 0.0)\n_SEED = 4\nd = 5\nE: int = 9\n"
+    moved = {(one.constant, one.value, one.moved) for one in moved_in("pytest_dvp/gap/x.py", source)}
+    assert moved == {("A, B", 1.5, 2.25), ("A, B", 1.5, 1.0), ("A, B", 20, 30), ("A, B", 20, 13), ("C", 3, 4),
+                     ("C", 3, 2), ("E", 9, 10), ("E", 9, 8)}  # fmt: skip
 
 
 def test_tests_that_import_a_module_by_its_name_judge_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
