@@ -98,9 +98,14 @@ def mutants(path: str, original: str) -> Iterator[Mutant]:
     for node in ast_nodes(get_ast(original)):
         for name in OPERATORS:
             for start, _ in operator(name).mutation_positions(node):
-                if not (idle(start) or ("Binary" in name and node.parent.type not in _BINARY)):
+                if not (idle(start) or ("Binary" in name and node.parent.type not in _BINARY) or _is_none(name, node)):
                     yield Mutant(path, start[0], name, counts[name])
                 counts[name] += 1
+
+
+def _is_none(name: str, node: Any) -> bool:
+    """True if the change makes no Python: `if not x := y` wants parentheses."""
+    return name == "AddNot" and any(child.type == "namedexpr_test" for child in getattr(node, "children", ()))
 
 
 def sample(size: int = SIZE, seed: int = SEED) -> list[Mutant]:

@@ -57,6 +57,12 @@ def test_what_cannot_change_a_result_is_left_alone(source: str) -> None:
     assert changes(source) == set()
 
 
+def test_a_change_that_makes_no_python_is_no_mutant() -> None:
+    source = "if x := f():\n    pass\n"
+    assert "AddNot" not in {mutant.operator for mutant in mutants("a.py", source)}
+    assert "AddNot" in {mutant.operator for mutant in mutants("a.py", "if f():\n    pass\n")}
+
+
 def test_each_beginning_of_the_sample_has_the_proportions_of_the_whole() -> None:
     sizes = dict(zip(FOLDERS, (300, 60, 40, 150, 50), strict=True))
     every = {f: [Mutant(f"{f}/x.py", n, "NumberReplacer", n) for n in range(size)] for f, size in sizes.items()}
