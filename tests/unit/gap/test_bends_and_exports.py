@@ -44,7 +44,9 @@ def test_a_steady_bend(speed: float, rate: float, limit: float, length: float) -
 
 
 def test_a_bend_begins_as_the_wheels_point() -> None:
-    found, side = on_tyres(signals(10.0, 0.1), FRONT, REAR)
+    faster = signals(10.0, 0.1)
+    faster.v = np.linspace(10.0, 20.0, 400)
+    found, side = on_tyres(faster, FRONT, REAR)
     assert (found[0], side[0]) == pytest.approx((10.0 * 0.1 / WHEELBASE, 0.0), abs=1e-12)
     assert side[1] != 0.0
 

@@ -69,6 +69,19 @@ def test_what_lies_somewhere_is_asked_for_along_the_way_only_if_wanted(
     assert ways == (["brake_fade"] if placed else [])
 
 
+def test_of_a_set_that_grows_it_is_what_is_new_that_must_mean_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All but the question whether a value means something is answered with yes."""
+    search = a_search(World({}, excused=True), "drive_gain", "mass")
+    monkeypatch.setattr(Search, "trial", lambda self, names, values, target=None: a_trial(900.0, *names))
+    grown = a_trial(900.0, "drive_gain", "mass")
+    for name, answer in {"is_imitated": True, "_promising": [grown], "is_evident_apart": True, "_gain": 1.0}.items():
+        monkeypatch.setattr(quiet_effects, name, lambda *given, answer=answer: answer)
+    for sound, names in (("mass", ("drive_gain", "mass")), ("drive_gain", None)):
+        monkeypatch.setattr(Search, "is_credible", lambda self, trial, name, target, sound=sound: name == sound)
+        found = quiet_effects.quiet(search, a_trial(950.0, "drive_gain"), placed=False)
+        assert (found and found.names) == names
+
+
 @pytest.mark.parametrize("placed", [True, False])
 def test_a_placebo_hill_is_looked_for_as_a_diagnosis_does(placed: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
@@ -252,5 +265,7 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
     )  # fmt: skip
     three: Any = {"a": None, "b": None, "c": None}  # nothing held out: each drive says what it looks like
     assert twin_remainder.with_shape(twin, three, {}, ()).remainder_shape.unseen == {"power_limit": {"limit": 3.0}}  # type: ignore[arg-type]
+    alone = twin_remainder.with_shape(twin, {"a": None}, {}, ())  # type: ignore[arg-type, dict-item]
+    assert alone.remainder_shape.unseen == {"power_limit": {"limit": 1.0}}
     bare = dataclasses.replace(twin, remainder={})
     assert twin_remainder.with_shape(bare, {"a": None}, {}, ()) is bare  # type: ignore[arg-type, dict-item]

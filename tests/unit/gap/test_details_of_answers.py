@@ -82,14 +82,19 @@ class White:
         return rest.copy()
 
 
-def lasting(remainder: Any, memory: dict[str, float], independent: float = 1.0) -> LastingRemainder:
+def lasting(
+    remainder: Any, memory: dict[str, float], independent: float = 1.0, wanders: Any = None
+) -> LastingRemainder:
     """A car that stands for 2 s and then drives 6 s at a constant speed."""
     t = 0.02 * np.arange(400)
     v = np.where(t < 2.0, 0.0, 8.0)
     measured = np.full((400, 8), np.nan)
     measured[:, 3], measured[:, 4] = v, 0.0
+    if wanders:
+        measured[:, 2] = 0.3
     coloured: Any = White(independent)
-    return LastingRemainder(Log({"t": t, "v": v}), measured, remainder, RemainderShape(memory), np.ones(8), coloured,
+    shape = RemainderShape(memory, wanders=wanders or {})
+    return LastingRemainder(Log({"t": t, "v": v}), measured, remainder, shape, np.ones(8), coloured,
                             np.arange(400) == 0)  # fmt: skip
 
 
@@ -121,3 +126,13 @@ def test_where_the_file_does_not_say_what_wanders_dead_reckoning_changes_nothing
                              White(1.0), t == 0.0)  # type: ignore[arg-type] # fmt: skip
     rest = np.cumsum(np.ones((400, 8)), axis=0)
     assert found.freed(rest, reckoned=True).tolist() == found.freed(rest).tolist() == rest.ravel().tolist()
+
+
+def test_positions_and_heading_are_compared_with_dead_reckoning_only_if_that_is_asked_for() -> None:
+    """A place that is off by as much all the time, with speed and heading right, is no step beside dead reckoning."""
+    found = lasting({}, {}, wanders={name: {"standstill": 0.1, "cruise": 0.1} for name in ("along", "across", "yaw")})
+    rest = np.zeros((400, 8))
+    rest[:, :2] = 1.0
+    assert found.freed(rest).tolist() == rest.ravel().tolist()
+    reckoned = found.freed(rest, reckoned=True).reshape(400, 8)
+    assert np.abs(reckoned).max() < 0.05

@@ -164,6 +164,13 @@ def test_where_only_what_follows_is_off_its_error_is_shown() -> None:
     assert close["after"].tolist() == [0.0] * 4
 
 
+def test_where_nothing_was_taken_away_the_seconds_with_the_largest_error_of_either_sign_are_shown() -> None:
+    error = {V: [1.0] * 5 + [-3.0] * 5}
+    close = _close([drawn(error, error, channels=("v",))], ["v"])
+    assert close is not None
+    assert close["t"].tolist() == [6.0, 7.0, 8.0, 9.0]
+
+
 def test_where_nothing_is_off_most_of_what_is_left_is_shown_and_where_nothing_is_known_nothing() -> None:
     quiet = drawn({V: [0.5] * 5 + [0.1] * 5, RATE: [0.1] * 10}, {V: [0.5] * 5 + [0.1] * 5, RATE: [0.1] * 10})
     close = _close([quiet], ["x", "yaw_rate", "v"])

@@ -24,7 +24,7 @@ from pytest_dvp.gap.diagnose.residual_spectrum import _peak, _vertex, peaks
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
 from pytest_dvp.gap.discover.known_rivals import _climb
-from tests.unit.gap.linear_world import SettledSearch, World, a_search, a_trial
+from tests.unit.gap.linear_world import SettledSearch, World, a_search, a_trial, direction
 
 # --- the search
 
@@ -405,6 +405,28 @@ def test_an_effect_means_something_only_if_it_is_certain_unless_nobody_asks(monk
     assert search.is_credible(trial, "drive_gain", certain=False)
     monkeypatch.setattr(module, "intervals", lambda fit, starts: {("drive_gain", "g"): (0.75, 0.85)})
     assert search.is_credible(trial, "drive_gain")
+
+
+def test_whether_an_effect_matters_is_asked_of_the_data_that_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gain of 2 % of the drive is small, but clearly to be seen where it is fitted; other data do not show it."""
+    gain = ("drive_gain", "g")
+    fitted_on, others = (World({gain: size * direction(0)}, {gain: 0.98}) for size in (1000.0, 0.0))
+    search = a_search(fitted_on, "drive_gain")
+    trial = search.trial(("drive_gain",), {gain: 0.99})
+    monkeypatch.setattr(module, "intervals", lambda fit, starts: {gain: (0.975, 0.985)})
+    assert search.is_credible(trial, "drive_gain")
+    assert not search.is_credible(trial, "drive_gain", others)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("leaves", "again"), [(1945.0, False), (1935.0, True)])
+def test_far_from_the_noise_a_ranking_is_taken_up_again_for_what_is_worth_an_effect_beside_others(
+    leaves: float, again: bool
+) -> None:
+    """Of 2040 with 1000 samples, 5 % of what is left must be gained, 97: the first effect alone might bring 3 %."""
+    search = a_search(World({}), "mass", "drive_gain")
+    ranking: Any = [(1900.0 if k < 6 else leaves, f"effect {k}", {}) for k in range(8)]
+    found = list(search._batches(a_trial(2040.0, "mass"), ranking))
+    assert found == ([ranking, ranking[6:]] if again else [ranking])
 
 
 def test_points_of_a_grid_at_which_a_form_moves_nothing_are_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:

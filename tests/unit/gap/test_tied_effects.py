@@ -69,6 +69,21 @@ def test_fewer_values_may_explain_three_per_cent_less(alike: float, near: bool, 
     assert found.rivals == (("gear_inertia" if instead else simpler,) if near else ())
 
 
+def test_what_was_found_of_the_car_itself_holds_for_all_that_are_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where an accelerometer sits was fitted along; 200 standard deviations are off where that is forgotten."""
+    place = ("parameters", "ay_x")
+    monkeypatch.setitem(NEUTRAL, place, 0.0)
+    does = {
+        MASS: 1000.0 * direction(1),
+        DRIVE: -1000.0 * direction(0, 1, sqrt(1.0 / 1.04)),
+        place: 400.0 * direction(2),
+    }
+    search = a_search(a_world(does, {MASS: 1.1, place: 0.5}), "drive_gain", "mass")
+    final = search.trial(("drive_gain",), NEUTRAL | {place: 0.5})
+    found = best_of_tied(search, final, judges())
+    assert (found.final.names, found.final.values[place]) == (("mass",), 0.5)
+
+
 def test_nothing_is_asked_without_another_drive_or_of_a_set() -> None:
     assert told(0.9, "drive_gain", {MASS: 1.1}, apart=False) == (("drive_gain",), ())
     search = a_search(a_world({MASS: 1000.0 * direction(1), BRAKE: 500.0 * direction(2)}, {}), "mass", "brake_gain")

@@ -119,6 +119,22 @@ def test_what_makes_it_worse_before_another_effect_is_there_comes_after_that() -
     assert ladder({"delay": 9.0, "lag": 8.0}) == [(), ("delay",), ("delay", "lag")]  # both make it worse: as missed
 
 
+@pytest.mark.parametrize(("again", "told"), [(39.0, 39.0), (41.0, 40.0)])
+def test_the_final_set_is_fitted_once_more_and_the_better_one_of_both_is_told(again: float, told: float) -> None:
+    left = {(): 1800.0, ("tyres",): 300.0, ("tyres", "delay"): 40.0}
+
+    def trial(names: Any, start: Any, like: Any = None) -> Any:
+        chi2 = again if like is None and len(names) == 2 else left[tuple(names)]
+        return SimpleNamespace(names=tuple(names), chi2=chi2)
+
+    search: Any = SimpleNamespace(
+        start={}, trial=trial, without=lambda final, name: SimpleNamespace(chi2={"tyres": 9.0, "delay": 8.0}[name]),
+        target=World({}),
+    )  # fmt: skip
+    final: Any = SimpleNamespace(names=("tyres", "delay"), values={})
+    assert [t.chi2 for t in _ladder(search, final, {})] == [1800.0, 300.0, told]
+
+
 def test_a_model_is_told_as_given_and_without_one_more_of_what_the_car_lacks() -> None:
     world = Having({DRIVE: 200.0 * direction(0), BRAKE: 300.0 * direction(1)}, {DRIVE: 1.0, BRAKE: 1.0})
     search = Search(world, (), fixed={DRIVE: 1.0, BRAKE: 1.0})  # type: ignore[arg-type]

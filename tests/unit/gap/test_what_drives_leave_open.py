@@ -151,6 +151,20 @@ def test_one_effect_is_told_in_the_place_of_two_that_explain_no_more() -> None:
     assert single(search, two, ()) is None
 
 
+@pytest.mark.parametrize(("more", "told"), [(0.9, ("steer_ratio",)), (1.1, None)])
+def test_for_each_effect_less_the_error_that_lasts_may_grow_by_ten_standard_deviations(more: float, told: Any) -> None:
+    """What is hidden is 50 standard deviations, of which one effect in the place of two leaves 10 or so."""
+    aside = more * 10.0 / 50.0
+    both = 0.5 * np.sqrt(2.0) * (direction(0) + direction(1))
+    one_effect = np.sqrt(1.0 - aside**2) * both + aside * direction(2)
+    does = {DRIVE: 500.0 * direction(0), BRAKE: 500.0 * direction(1), RATIO: 500.0 * one_effect}
+    each = 1.0 - 0.05 * np.sqrt(2.0)
+    search = a_search(World(does, {DRIVE: each, BRAKE: each}, excused=True), "drive_gain", "brake_gain", "steer_ratio")
+    two = search.trial(("drive_gain", "brake_gain"), {DRIVE: 0.95, BRAKE: 0.95})
+    found = single(search, two, ())
+    assert (found and found.names) == told
+
+
 def test_a_limit_that_one_drive_alone_asks_for_is_not_told() -> None:
     world = Limited({LOWER: 1000.0 * direction(0)}, excused=True, noise=NOISE - 200.0 * direction(0))
     search = a_search(world, "brake_limit")

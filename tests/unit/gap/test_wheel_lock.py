@@ -31,6 +31,14 @@ def test_the_rows_in_which_a_wheel_is_locked_are_found() -> None:
     assert np.diff(found).max() < 0.03
 
 
+def test_a_wheel_that_stops_over_several_samples_is_locked_if_no_tyre_changes_a_car_s_speed_so_fast() -> None:
+    """Half of 15 m/s within 0.4 s, and half of the 5 m/s^2 of the car: over 0.1 s as over 0.02 s about 20 m/s^2."""
+    v = BRAKES * (1.0 - 0.5 * np.interp(T, [11.0, 11.4, 12.0, 12.4], [0, 1, 1, 0]))
+    found = T[locked(T, v, BRAKES, EVERY)]
+    assert found[0] == pytest.approx(11.1, abs=0.05)
+    assert found[-1] == pytest.approx(12.3, abs=0.05)
+
+
 @pytest.mark.parametrize("late", [0.0, 0.4])
 @pytest.mark.parametrize("scale", [0.8, 1.0])
 def test_a_late_scaled_and_noisy_speed_is_no_locked_wheel(late: float, scale: float) -> None:
