@@ -128,6 +128,18 @@ def test_a_gate_file_that_a_run_would_not_find_is_an_error(scenario: Write, chec
     assert "did you mean x.gates.toml?" in found[0]["message"]
 
 
+@pytest.mark.parametrize("right", [True, False])
+def test_a_gate_file_of_a_wrong_name_is_a_warning_where_no_scenario_loses_its_gates(
+    right: bool, scenario: Write, check: Callable[..., Any]
+) -> None:
+    """The scenario x.xosc has its file of gates, or the wrong name is that of no scenario at all."""
+    path = scenario()
+    path.with_name("x.gates.toml").write_text(GATE)
+    path.with_name("x.gate.toml" if right else "y.gate.toml").write_text(GATE)
+    code, found = check(".")
+    assert (code, [(f["code"], f["severity"]) for f in found]) == (0, [("dvp.gates.name", "warning")])
+
+
 def test_a_gate_file_without_its_scenario_is_a_warning_with_the_nearest_one(
     scenario: Write, check: Callable[..., Any]
 ) -> None:

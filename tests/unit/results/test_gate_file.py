@@ -212,6 +212,13 @@ def test_all_defects_are_told_at_once(file: Path) -> None:
     assert [finding.line for finding in check_gates(write(file, text))] == [2, 6]
 
 
+def test_gates_are_counted_from_one_those_of_a_model_as_well(file: Path) -> None:
+    (file.parent / "car.toml").write_text("[parameters]\nwheelbase = 2.5\n", encoding="utf-8")
+    text = gate('model = "car.toml"') + gate('metric = "tet"\nmax = nan') + gate('model = "car.toml"\nrmse = "a"')
+    found = [finding.element for finding in check_gates(write(file, text))]
+    assert found == ["gate[1]", "gate[2].max", "gate[3].rmse"]
+
+
 def test_error_is_one_line_with_file_and_line(file: Path) -> None:
     with pytest.raises(GateError) as caught:
         read_gates(write(file, gate('metric = "max_jrk"\nmax = nan')))

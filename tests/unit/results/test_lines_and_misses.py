@@ -56,9 +56,9 @@ def test_a_road_user_is_missed_where_no_row_was_assigned_to_it(
 
 
 def test_missed_time_is_that_of_the_rows_of_each_road_user(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two rows at 10 Hz and one at 4 Hz; an object with a single row has no step, and adds no time."""
+    """Two rows at 10 Hz and one at 4 Hz; two rows have a step, a single one has none and adds no time."""
     errors = [("a", [1.0, 1.1, 1.2], [np.nan, np.nan, 0.5]), ("b", [0.75, 1.0], [0.2, np.nan]), ("c", [0.5], [np.nan])]
-    objects = {"a": [1.0, 1.1, 1.2], "b": [0.75, 1.0, 1.25], "c": [0.5]}
+    objects = {"a": [1.0, 1.1, 1.2], "b": [0.75, 1.0], "c": [0.5]}
     log: Any = SimpleNamespace(objects={name: SimpleNamespace(t=np.array(t)) for name, t in objects.items()})
     ahead = [(name, np.array(t), np.array(error)) for name, t, error in errors]
     monkeypatch.setattr(detection_error, "objects_ahead", lambda *given: ahead)

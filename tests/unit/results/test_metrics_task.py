@@ -177,5 +177,7 @@ def test_rmse_without_a_line_is_undefined(name: str, reason: str) -> None:
 
 
 def test_rmse_beside_the_line_most_of_the_time_is_undefined() -> None:
-    log = drive_straight(5.0, reference=np.array([[0.0, 0.0], [10.0, 0.0]]))
-    assert compute("lateral_rmse", log).reason == "the ego is beside the line for 20 % of the time only"
+    for length, share in ((10.0, 20), (24.5, 49)):  # of 50 m
+        log = drive_straight(5.0, reference=np.array([[0.0, 0.0], [length, 0.0]]))
+        said = compute("lateral_rmse", log).reason
+        assert said == f"the ego is beside the line for {share} % of the time only"

@@ -451,3 +451,8 @@ def test_two_that_drive_backwards_are_seen_from_the_other_end() -> None:
     """Both go against the ego's axis: who is ahead of it follows the ego."""
     ego, box = np.array([[0.0, 0.0, 0.0, 4.0, 2.0, -3.0, 0.0]]), np.array([[20.0, 0.0, 0.0, 4.0, 2.0, -5.0, 0.0]])
     assert [float(value[0]) for value in _seen(ego, box)][:4] == pytest.approx([16.0, 0.0, 5.0, 3.0])
+
+
+def test_two_that_drive_backwards_at_a_walking_pace_are_seen_from_the_other_end_as_well() -> None:
+    ego, box = np.array([[0.0, 0.0, 0.0, 4.0, 2.0, -0.5, 0.0]]), np.array([[20.0, 0.0, 0.0, 4.0, 2.0, -0.8, 0.0]])
+    assert [float(value[0]) for value in _seen(ego, box)][:4] == pytest.approx([16.0, 0.0, 0.8, 0.5])
