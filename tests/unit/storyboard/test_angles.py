@@ -84,7 +84,8 @@ def test_who_stands_on_the_surface_has_no_angle_to_it(
 
 
 @pytest.mark.parametrize(
-    ("seconds", "kind", "angle"), [(0.5, "heading", 0.0), (1.5, "heading", 0.3), (0.5, "pitch", 0.0)]
+    ("seconds", "kind", "angle"),
+    [(0.5, "heading", 0.0), (1.5, "heading", 0.3), (0.5, "pitch", 0.0), (0.5, "roll", 0.0)],
 )
 def test_angles_to_the_trajectory(make: Make, seconds: float, kind: str, angle: float) -> None:
     """10 m straight on, climbing 1 m; then 10 m more, 0.3 rad off the heading that the vertex asks for."""

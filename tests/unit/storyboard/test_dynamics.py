@@ -51,10 +51,13 @@ def test_nothing_to_change_takes_no_time() -> None:
     assert span("cubic", "time", 4.0, 0.0) == 0.0
 
 
-def test_whole_steps_end_on_the_target_in_spite_of_rounding() -> None:
-    change = Transition("sinusoidal", 3.0, 0.0, 1.0)
-    for _ in range(300):
-        change.advance(0.01)
+@pytest.mark.parametrize(("whole", "steps"), [(3.0, 300), (250.0, 2500)])
+def test_whole_steps_end_on_the_target_in_spite_of_rounding(whole: float, steps: int) -> None:
+    """2500 times 0.1 add up to 9.9e-12 less than 250."""
+    change = Transition("sinusoidal", whole, 0.0, 1.0)
+    for _ in range(steps):
+        assert not change.done
+        change.advance(whole / steps)
     assert change.done
     assert change.value == 1.0
 

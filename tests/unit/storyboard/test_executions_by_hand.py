@@ -333,6 +333,14 @@ def test_an_event_that_was_to_be_carried_out_again_ends_its_execution_before_it_
     ]  # fmt: skip
 
 
+def test_an_event_that_was_not_to_be_carried_out_again_is_stopped_and_has_not_ended(made: Any) -> None:
+    board = a_board()
+    event = an_event(a_group(board, "A"), "e", doing("longitudinal"))
+    board._start_event(event)
+    board._stop(event)
+    assert [each for each in told(board) if each[0] == "e"] == [("e", START, RUNNING), ("e", STOP, COMPLETE)]
+
+
 def test_with_the_storyboard_init_actions_stop_that_still_run(made: Any) -> None:
     board = a_board()
     init = Node("action", "i", None, element=doing("longitudinal"))

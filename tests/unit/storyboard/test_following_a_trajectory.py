@@ -257,6 +257,15 @@ def test_headings_that_look_back_make_it_reverse(make: Make) -> None:
     assert turning.entity.speed == pytest.approx(-(1.0 + 2.9) / 3.9)
 
 
+def test_whether_it_reverses_is_told_by_the_heading_with_which_it_begins(make: Make) -> None:
+    """Round to the left, and back: the last vertex looks the other way than the first piece goes."""
+    there, back = (spot(10.0, 0.0, 0.0), spot(13.0, 0.0, 0.0)), (spot(13.0, 4.0, math.pi), spot(10.0, 4.0, math.pi))
+    scene = Scene(make, vertices(*there, *back), speed=2.0)
+    scene.runner.start()
+    assert scene.runner.step(2.0) is False
+    assert scene.place() == (13.0, 1.0)
+
+
 def test_uphill_one_looks_up_and_backwards_down(make: Make) -> None:
     hill = vertices(spot(10.0, 0.0, z=0.0), spot(13.0, 0.0, z=4.0), times=(0.0, 5.0))
     scene = Scene(make, hill)

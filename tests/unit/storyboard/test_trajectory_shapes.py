@@ -87,6 +87,15 @@ def test_a_closed_line_whose_ends_meet_is_not_closed_again(last: model.WorldPosi
     assert len(closed.s) == (4 if last.y == 0.5 else 3)
 
 
+@pytest.mark.parametrize("middle", [at(3, 4), at(3, 0), at(0, 9)])
+def test_a_line_is_closed_from_its_last_vertex_to_its_first_one(middle: model.WorldPosition) -> None:
+    """One above the other, 4 m apart; or at the same place, wherever the vertex between them is."""
+    there = math.hypot(middle.x, middle.y) + math.hypot(middle.x, middle.y - 4.0)
+    assert drawn(polyline(at(0, 0), middle, at(0, 4)), closed=True).length == pytest.approx(there + 4.0)
+    meeting = drawn(polyline(at(0, 0), middle, at(0, 0)), closed=True)
+    assert (len(meeting.s), meeting.length) == (3, pytest.approx(2.0 * math.hypot(middle.x, middle.y)))
+
+
 def test_a_single_vertex_is_closed_already() -> None:
     assert drawn(polyline(at(3, 4)), closed=True).length == 0.0
 
@@ -154,6 +163,13 @@ def test_a_clothoid_is_sampled_each_decimetre() -> None:
     assert len(steps) == 32
     assert max(b - a for a, b in pairwise(steps)) <= 0.1
     assert len(drawn(clothoid(0.0, 0.0, 0.01)).s) == 2
+
+
+@pytest.mark.parametrize("length", [0.05, 0.15, 3.0])
+def test_however_short_a_clothoid_is_its_times_are_those_of_its_ends(length: float) -> None:
+    times = drawn(clothoid(0.1, 0.0, length, start_time=2.0, stop_time=6.0)).t
+    assert times is not None
+    assert (times[0], times[-1]) == pytest.approx((2.0, 6.0))
 
 
 @pytest.mark.parametrize("missing", ["start_time", "stop_time"])

@@ -6,7 +6,7 @@ import pytest
 
 from openscenario.findings import ScenarioError
 
-from .conftest import Make, event, lane_position, run, speed, story, teleport
+from .conftest import Make, by_entity, condition, event, group, lane_position, run, speed, story, teleport
 
 HERE = [teleport(lane_position(100.0)), speed(10.0)]
 
@@ -41,6 +41,16 @@ def test_an_unsupported_action_is_a_finding_with_its_place(make: Make) -> None:
 
 def test_all_findings_come_at_once(make: Make) -> None:
     assert len(refused(make, A=HERE, stories=story(event("e", AREA), event("f", AREA))).findings) == 2
+
+
+def test_an_unsupported_condition_is_a_finding_with_its_place(make: Make) -> None:
+    angle = '<AngleCondition angleType="heading" angle="0" angleTolerance="1" coordinateSystem="road"/>'
+    stories = story(event("e", speed(5.0), start=group(condition(by_entity(angle, "A")))))
+    (finding,) = refused(make, A=[speed(10.0)], stories=stories, without_road=True).findings
+    assert finding.file.endswith("scenario.xosc")
+    assert finding.line is not None
+    assert finding.element.endswith("AngleCondition")
+    assert "this angle is not known" in finding.message
 
 
 def test_without_time_stamps_a_trajectory_is_followed_at_the_own_speed_and_said_so(make: Make) -> None:
