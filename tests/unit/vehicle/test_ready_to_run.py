@@ -111,6 +111,26 @@ def test_stamps_are_finite_and_increase(t: Any) -> None:
         Replay(MODEL, t, COMMANDS)
 
 
+@pytest.mark.parametrize(("starts", "good"), [([0, 3], True), ([0, 3, 3], False), ([3, 0], False)])
+def test_rows_in_which_a_motion_begins_anew_increase(starts: list[int], good: bool) -> None:
+    replay, states = Replay(MODEL, T, COMMANDS), np.zeros((len(starts), 6))
+    if good:
+        assert np.asarray(replay.run(starts=np.array(starts), states=states)).shape[0] == 5
+    else:
+        with pytest.raises(ModelError, match="starts must increase"):
+            replay.run(starts=np.array(starts), states=states)
+
+
+@pytest.mark.parametrize("given", range(6))
+def test_where_a_motion_begins_anew_what_is_not_known_runs_on(given: int) -> None:
+    """The car stood at the origin; of x, y, yaw, speed, sideways speed and yaw rate one is known."""
+    states = np.full((2, 6), math.nan)
+    states[0], states[1, given] = 0.0, 0.5
+    shown = np.asarray(Replay(MODEL, T, COMMANDS).run(starts=np.array([0, 3]), states=states))
+    assert shown[2, :4].tolist() == [0.0] * 4
+    assert shown[3, :4].tolist() == [0.5 if k == given else 0.0 for k in range(4)]
+
+
 @pytest.mark.parametrize(
     ("pause", "step", "good"),
     [(101.0, None, False), (99.0, None, True), (99.0, 0.0098, False), (99.0, 0.01, True), (1.0, 0.0, False),

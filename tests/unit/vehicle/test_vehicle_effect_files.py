@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from vehicle.messages import VehicleState
+from vehicle.messages import TRACE_COLUMNS, VehicleState
 from vehicle.model.effect_catalogue import effects_of_file
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
@@ -27,6 +28,16 @@ def magnet(x, p, m):
     m.t += x.dt
     x.drag += p.c * clip(m.t, 0.0, 2.0) * x.mass
 """
+BENT = """
+from vehicle.model.effect import Key, effect
+
+@effect(
+    name="bent", slot="body", physics="a bent track rod", equation="d = d_c + a", source="none",
+    parameters=(Key("a", "rad", -0.2, 0.2, neutral=0.0, least=0.05, meaning="angle"),), reveals="straight driving",
+)
+def bent(x, p, m):
+    x.steer += p.a
+"""
 MODEL = '[parameters]\nwheelbase = 2\n[[effect]]\nname = "magnet"\nparameters = { c = 0.5 }\n'
 
 
@@ -36,6 +47,19 @@ def test_a_users_effect_acts_like_a_built_in_one(tmp_path: Path) -> None:
     car = Plant(parse_model(MODEL, extra=effects_of_file(file)))
     car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
     assert car.advance(2000)[-1, 5] == pytest.approx(0.5 * 2.0**2 / 2.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+def test_a_car_turns_as_its_wheels_point_after_the_effects_of_the_body(angle: float, tmp_path: Path) -> None:
+    """Yaw rate of a car that rolls without slip: v tan(d)/L."""
+    file = tmp_path / "bent.py"
+    file.write_text(BENT, encoding="utf-8")
+    text = f'[parameters]\nwheelbase = 2\n[[effect]]\nname = "bent"\nparameters = {{ a = {angle} }}\n'
+    car = Plant(parse_model(text, extra=effects_of_file(file)), keep_neutral=True)
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=5.0, steer=0.1))
+    car.command(0.1, 0.0, 0.0, 0.0, 0.0)
+    row = dict(zip(TRACE_COLUMNS, car.advance(10)[-1], strict=True))
+    assert row["yaw_rate"] == pytest.approx(5.0 * math.tan(0.1 + angle) / 2.0, rel=1e-3)
 
 
 @pytest.mark.nightly
@@ -89,7 +113,7 @@ def test_a_function_that_does_not_compile_is_a_model_error_naming_effect_and_fil
     file = tmp_path / "my_effect.py"
     file.write_text(MINE.replace("x.drag", "x.drug"), encoding="utf-8")
     model = parse_model(MODEL, extra=effects_of_file(file))
-    with pytest.raises(ModelError, match="drug") as caught:
+    with pytest.raises(ModelError, match="no such field: drug") as caught:
         Plant(model)
     assert "magnet" in str(caught.value)
     assert str(file) in str(caught.value)
