@@ -282,6 +282,12 @@ def test_a_sector_is_a_twentyfourth_of_a_turn_and_is_looked_at_if_a_fifth_is_see
     assert far == [True] * 6  # what is farther than anything was seen does not count as not seen
 
 
+def test_what_is_seen_ahead_says_nothing_of_what_is_behind() -> None:
+    """Bearings of 7 and of -173 degrees."""
+    ahead = np.arange(10) < 5
+    assert a_field(np.where(ahead, np.radians(7.0), np.radians(-173.0)), True, ahead, 20.0) == ahead.tolist()
+
+
 def test_boxes_of_a_car_count_up_to_twentyfive_metres() -> None:
     n = 10
     track = SimpleNamespace(kind="vehicle", length=4.0, width=2.0, t=np.array([0.0, 9.0]), yaw=np.array([0.0, 0.0]))

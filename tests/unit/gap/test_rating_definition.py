@@ -107,6 +107,14 @@ def test_pieces_are_of_equal_length_and_not_longer_than_1024(n: int, edges: list
     assert LONGEST == 1024
 
 
+@pytest.mark.parametrize(("late", "error"), [(10, 0.0), (11, 2.0)])
+def test_a_sample_is_met_at_most_a_tenth_of_the_length_later(late: int, error: float) -> None:
+    """A pulse of one sample among 100; one that no other meets lies beside nothing, and so does the other one."""
+    a, b = np.zeros(100), np.zeros(100)
+    a[40] = b[40 + late] = 1.0
+    assert _warped(a, b) == pytest.approx((error, 1.0))
+
+
 def test_a_band_has_at_least_one_sample() -> None:
     a, b = np.array([0.0, 5.0, 5.0, 1.0]), np.array([0.0, 0.0, 5.0, 1.0])
     assert _warped(a, b) == (0.0, 11.0)

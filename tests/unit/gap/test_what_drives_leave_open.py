@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.diagnose import fitted_twin
-from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_imitated
+from pytest_dvp.gap.diagnose import beyond_remainder, fitted_twin
+from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_evident, is_imitated
 from pytest_dvp.gap.diagnose.candidates import sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.fitted_twin import Drives
@@ -119,6 +119,17 @@ def test_a_rival_of_what_all_drives_show_is_shown_by_all_of_them(
     search = a_search(world, "drive_gain")
     trial = a_trial(0.0, "drive_gain", values={DRIVE: 0.9})
     assert all_show(search, trial, (Fold(None, apart),)) is new  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("gain", "evident"), [(300.0, True), (299.0, False)])
+def test_data_must_gain_the_share_of_what_an_effect_changes_that_is_asked_for(
+    gain: float, evident: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A quarter of 1200; ten standard deviations are less."""
+    monkeypatch.setattr(beyond_remainder, "is_imitated", lambda *given: False)
+    monkeypatch.setattr(beyond_remainder, "shown_by", lambda *given: beyond_remainder.Shown(2000.0, gain, 1200.0))
+    search, trial, data = a_search(World({}), "drive_gain"), a_trial(0.0, "drive_gain"), World({})
+    assert is_evident(search, trial, "drive_gain", data, least=10.0, agrees=0.25) is evident  # type: ignore[arg-type]
 
 
 def test_values_are_told_as_they_are_where_the_remainder_lasts() -> None:

@@ -11,7 +11,7 @@ from results_logs import log_of, times
 
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._box_collision_time import time_to_collision
+from pytest_dvp.metrics._box_collision_time import EDGE_TOLERANCE, _first_hit, time_to_collision
 from pytest_dvp.metrics._box_touch import touch
 from pytest_dvp.metrics._encroachment import least_time
 from pytest_dvp.metrics._low_pass import low_pass
@@ -162,6 +162,23 @@ def test_the_time_from_one_leaving_to_the_other_coming(
     second = np.array([box(1.0 if k == 5 else -100.0 - 20.0 * k, 50.0, QUARTER) for k in range(8)])
     found = least_time(t, *((first, second) if ego_first else (second, first)), longest)
     assert found == pytest.approx(expected, nan_ok=True)
+
+
+@pytest.mark.parametrize(("beyond", "expected"), [(EDGE_TOLERANCE, 3.0), (2.0 * EDGE_TOLERANCE, math.inf)])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_corner_still_touches_an_edge_as_far_beyond_its_end_as_is_allowed(
+    side: float, beyond: float, expected: float
+) -> None:
+    """A box of 4 x 2 m; the corner comes at 1 m/s from 5 m, along the box and across it."""
+    assert _first_hit(-5.0, side * (1.0 + beyond), 1.0, 0.0, 2.0, 1.0, math.inf) == expected
+    assert _first_hit(side * (2.0 + beyond), -4.0, 0.0, 1.0, 2.0, 1.0, math.inf) == expected
+
+
+@pytest.mark.parametrize(("gap", "expected"), [(0.49, 0.0), (0.51, math.inf)])
+@pytest.mark.parametrize(("along", "across"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_boxes_of_half_a_metre_meet_at_half_a_metre(along: float, across: float, gap: float, expected: float) -> None:
+    small, other = box(0.0, 0.0, 0.0, 0.5, 0.5), box(gap * along, gap * across, 0.0, 0.5, 0.5)
+    assert least_time(np.arange(2.0), np.array([small] * 2), np.array([other] * 2), 10.0)[0] == expected
 
 
 @pytest.mark.parametrize(("gap", "expected"), [(4.0, 0.0), (4.01, math.inf)])

@@ -61,6 +61,13 @@ def test_a_detection_of_another_kind_is_a_miss() -> None:
     assert compute("detection_error", log).reason == "no road user ahead of the ego was seen"
 
 
+@pytest.mark.parametrize(("off", "missed"), [(2.9, False), (3.1, True)])
+def test_what_is_more_than_three_metres_off_is_another_one(off: float, missed: bool) -> None:
+    log = log_of(objects={"car": track(TICKS, 15.0, 1.0)}, detections=seen(np.full(len(TICKS), 15.0 + off), 1.0))
+    assert compute("detection_error", log).valid is not missed
+    assert compute("missed_objects", log).value == pytest.approx(181 * 0.05 if missed else 0.0)
+
+
 @pytest.mark.parametrize(("x", "y"), [(FRONT + 20.1, 0.0), (FRONT - 0.1, 0.0), (10.0, 4.1)])
 def test_what_is_far_beside_or_behind_is_not_asked_for(x: float, y: float) -> None:
     log = log_of(objects={"car": track(TICKS, x, y)})
