@@ -249,6 +249,8 @@ def test_beyond_the_corner_the_last_ramp_begins() -> None:
 def test_where_two_ramps_would_go_back_one_brakes_to_a_stand() -> None:
     """10 m in 20 s to 4 m/s: from 2 m/s with (2^2 + 4^2) / 20 = 1 m/s^2; who is faster than that end with STOP."""
     assert next_speed(phased("two ramps", linger=True), 10.0, 20.0, 2.0, 4.0) == pytest.approx(2.0 - 1.0 * 0.1)
+    # 2 T vx^2 - 4 s vx + 2 s (v0 + v1) - T (v0^2 + v1^2) = 0 for vx = -0.5 m/s, and T = 140 / 19.5 s: no farther back
+    assert next_speed(phased("two ramps", linger=True), 10.0, 140.0 / 19.5, 2.0, 4.0) == pytest.approx(1.9)
     board = phased("two ramps", linger=True)
     assert next_speed(board, 10.0, 20.0, 0.05, 4.0) == 0.0
     assert board._phase == "stopped"

@@ -131,6 +131,14 @@ def test_where_a_motion_begins_anew_what_is_not_known_runs_on(given: int) -> Non
     assert shown[3, :4].tolist() == [0.5 if k == given else 0.0 for k in range(4)]
 
 
+@pytest.mark.parametrize("gain", [1.0, 0.5])
+def test_effects_on_the_command_act_in_each_step(gain: float) -> None:
+    """From rest with a share of 2 m/s^2: v = a t."""
+    model = parse_model(CAR).with_effect("drive_gain", {"g": gain})
+    shown = np.asarray(Replay(model, T, {**COMMANDS, "accel_cmd": np.full(5, 2.0)}).run())
+    assert shown[:, 3] == pytest.approx(2.0 * gain * T)
+
+
 @pytest.mark.parametrize(
     ("pause", "step", "good"),
     [(101.0, None, False), (99.0, None, True), (99.0, 0.0098, False), (99.0, 0.01, True), (1.0, 0.0, False),
