@@ -14,6 +14,8 @@
     along.cruise = 0.025  # m
     [remainder.sensors]
     heading_bias.b = 0.0005  # rad
+    [remainder.road]
+    slopes = 0.06  # m/s^2
 
 All of it is measured on the drives from which the twin was learnt, on which nothing is hidden. Memory is the time after
 which two samples of the remainder are alike to 1/e only. Anew is what level and memory do not foresee of the remainder,
@@ -22,7 +24,8 @@ ones) that a diagnosis would find for an effect. Limits are the lowest that it w
 other of these drives refutes them. Unseen are limits that none of these drives would have noticed, down to the value: a
 power that was never asked for. What wanders is the error of position and heading beside dead reckoning, root mean
 square of a step of one second: how well the car's own sensors agree. Sensors are values of their effects that this
-imitates.
+imitates. The road has slopes of this spread (gravity along it), which differ along a drive and are no error of the
+twin; 0: all roads were flat; where nothing is told, a log may tell.
 """
 
 from __future__ import annotations
@@ -38,7 +41,8 @@ from vehicle.model.effect_catalogue import WHERE, catalogue
 from vehicle.model.errors import ModelError, is_misspelt, nearest_name
 from vehicle.model.remainder import CHANNEL_UNITS, Remainder, ordered, read_remainder
 
-TABLES = ("memory", "anew", "imitates", "limits", "unseen", "wanders", "sensors")
+STEEPEST = 5.0  # m/s^2, half of gravity: no car goes up that
+TABLES = ("memory", "anew", "imitates", "limits", "unseen", "wanders", "sensors", "road")
 
 WANDERING: Mapping[str, str] = MappingProxyType({"along": "m", "across": "m", "yaw": "rad"})
 """What wanders beside dead reckoning, and in what its step of one second is told: position along and across the car,
@@ -49,7 +53,7 @@ and heading."""
 class RemainderShape:
     """memory: channel -> s, more than 0. anew: channel -> chi^2/N, 1 where it is not told. imitates, sensors: effect ->
     key -> value in the unit of the key, 0 or more. limits, unseen: effect -> key -> value in the unit of the key, more
-    than 0. wanders: name of WANDERING -> driving regime -> m or rad."""
+    than 0. wanders: name of WANDERING -> driving regime -> m or rad. slopes: m/s^2, 0 to STEEPEST, None if not told."""
 
     memory: Mapping[str, float] = field(default_factory=dict)
     imitates: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
@@ -58,6 +62,7 @@ class RemainderShape:
     unseen: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     wanders: Remainder = field(default_factory=dict)
     sensors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    slopes: float | None = None
 
 
 def read_shape(table: Mapping[str, Any], extra: Mapping[str, Effect] | None = None) -> RemainderShape:
@@ -73,6 +78,7 @@ def read_shape(table: Mapping[str, Any], extra: Mapping[str, Effect] | None = No
         unseen=_by_effect(table, "unseen", known, more_than_0=True),
         wanders=_wanders(table),
         sensors=_by_effect(table, "sensors", known),
+        slopes=_slopes(table),
     )
 
 
@@ -116,6 +122,20 @@ def _wanders(table: Mapping[str, Any]) -> Remainder:
         raise error.at("", None, f"wanders.{error.key}") from error
 
 
+def _slopes(table: Mapping[str, Any]) -> float | None:
+    told = _table(table, "road")
+    for key in told:
+        if key != "slopes":
+            raise ModelError("unknown key", key=f"road.{key}", found=key, allowed="slopes",
+                             nearest=nearest_name(key, ("slopes",)))  # fmt: skip
+    if not told:
+        return None
+    value = _number(told["slopes"], "road.slopes")
+    if value > STEEPEST:
+        raise ModelError("value not allowed", key="road.slopes", found=f"{value:g}", allowed=f"0 to {STEEPEST:g} m/s^2")
+    return value
+
+
 def _more_than_0(value: float, where: str, unit: str = "") -> float:
     if value == 0.0:
         raise ModelError("value not allowed", key=where, found="0", allowed=f"more than 0{unit}")
@@ -143,6 +163,8 @@ def shape_text(shape: RemainderShape) -> str:
             for name, unit in WANDERING.items()
             for regime, value in ordered(shape.wanders.get(name, {}))
         ]
+    if shape.slopes is not None:
+        lines += ["[remainder.road]", f"slopes = {shape.slopes!r}  # m/s^2"]
     return "\n".join(lines) + "\n" if lines else ""
 
 

@@ -189,11 +189,12 @@ def standing(t: FloatArray, v: FloatArray) -> BoolArray:
 
 
 def residuals(output: FloatArray, measured: FloatArray, t: FloatArray, sigma: FloatArray, segments: Segments,
-              *, free_speed: bool = True) -> Residuals:  # fmt: skip
+              *, free_speed: bool = True, slopes: float = 0.0) -> Residuals:  # fmt: skip
     """Residuals of a model's output (n, 8), re-initialised at the segments' starts, against the measured (n, 8).
 
     sigma (8,) noise of each channel in its unit, inf or NaN for a channel that does not count. `free_speed` False if
-    the speed is imposed, so that no wrong start speed is to be taken out. t (n,) [s].
+    the speed is imposed, so that no wrong start speed is to be taken out. `slopes`: standard deviation [m/s^2] of the
+    slope of the road, which is taken out as well; 0: a flat road. t (n,) [s].
     """
     there = np.isfinite(output[:, :5])
     if not there.all():  # what a start does is told by the whole motion; what is not there is not judged
@@ -203,7 +204,7 @@ def residuals(output: FloatArray, measured: FloatArray, t: FloatArray, sigma: Fl
     values = np.empty_like(measured)
     start = np.zeros((len(segments.starts), 4))
     chi2, count = np.zeros(8), np.zeros(8, dtype=np.int64)
-    project(output, measured, t, weight, segments.starts, segments.ends, segments.counted, free_speed,
+    project(output, measured, t, weight, segments.starts, segments.ends, segments.counted, free_speed, slopes,
              values, start, chi2, count)  # fmt: skip
     known = int(count.sum())
     total = float(chi2.sum() / known) if known else float("nan")

@@ -174,7 +174,7 @@ def diagnose(
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values | {name: value for one in below for name, value in one.values.items()},
         remainder=model.remainder,
-        samples=Samples(target.count, target.independent, *target.slides()),
+        samples=Samples(target.count, target.independent, *target.slides(), target.slopes),
         chosen_by_held_out=chose,
     )
 

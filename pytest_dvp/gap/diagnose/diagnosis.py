@@ -106,12 +106,14 @@ class Step:
 class Samples:
     """Samples that were fitted, of all channels: `count`, and how many independent ones would tell as much; fewer,
     where the noise of neighbouring samples is alike. slides, left_out: shares of the drives (0..1) in which the car
-    slides or its wheels lock, which no effect does, and that are left out of the fit for it."""
+    slides or its wheels lock, which no effect does, and that are left out of the fit for it. slopes: spread [m/s^2] of
+    the slope of the road that is no error of the model, 0 for a flat road."""
 
     count: int
     independent: float
     slides: float = 0.0
     left_out: float = 0.0
+    slopes: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ import numpy as np
 from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
+from pytest_dvp.gap.compare.road_slope import slope_spread
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, filled, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.dead_reckoning import Reckoned, beside_dead_reckoning
@@ -26,9 +27,11 @@ if TYPE_CHECKING:
 
 FINE_STEP = 0.002  # s
 JUMP = 5.0  # standard deviations of the accelerometer's noise
+ROLLS = 0.5  # m/s, below which nothing tells a slope, as brakes may hold the car
+LONG_ENOUGH = 2.0  # s of a segment, for a slope to show in the speed
 KEPT = 32e6  # bytes of motions that are kept for who asks again, 90 of a log of 110 s at 50 Hz: a tenth of all is
 # asked for again, five times in six within the next 64
-_YAW_RATE, _AX, _AY = (CHANNELS.index(name) for name in ("yaw_rate", "ax", "ay"))
+_V, _YAW_RATE, _AX, _AY = (CHANNELS.index(name) for name in ("v", "yaw_rate", "ax", "ay"))
 _SETTLES = 0.2  # s after a start in which what is shown of a turn may still be of the start; chosen: on a lorry the
 # square of what ay was off by was 7 and 20 times that of later in the second half of this, and that of later after it
 _QUIET = 0.1  # rad/s^2 of the yaw rate at a start, up to which there is nothing to settle; chosen: a gyro with a noise
@@ -52,6 +55,7 @@ class Experiment:
 
     name   of the log; channels: those that are judged; noise (8,) standard deviation of each, inf where not judged
     sigma  (8,) the noise together with what the model is known not to explain, in units of which residuals are judged
+    slopes  standard deviation [m/s^2] of the slope of the road, which is no error of the model; 0: a flat road
     independent  of the samples judged (`count`), as many as would tell the same if their noise were white
     edges  (m + 1,) where the segments begin and end in the whitened residual
     """
@@ -78,6 +82,7 @@ class Experiment:
         self._motions: dict[tuple[tuple[tuple[str, str], float], ...], FloatArray] = {}
         self._moved_on = self.segments
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
+        self.slopes = _slopes(model, log.t, self.measured) if self._free_speed else 0.0
         self.channels, _ = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
@@ -121,6 +126,28 @@ class Experiment:
         """What the model with these values does not explain."""
         return Left(self.log, self.measured, self.residuals(values).values, self.noise, self.channels)
 
+    def hills(self, values: Values) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What the model with these values leaves in each segment (m,) in which the car and it roll for a while: for
+        how long [s], how much more the car speeds up [m/s^2], and how much more its accelerometer shows [m/s^2]."""
+        motion = self.motion(values)
+        rest = self._residuals(motion, slopes=0.0).values
+        rolls = np.minimum(np.abs(motion[:, _V]), np.abs(filled(self.log.t, self.measured)[:, _V])) > ROLLS
+        found = []
+        for first, end in zip(self.segments.starts, self.segments.ends, strict=True):
+            t, there = self.log.t[first:end], rolls[first:end] & np.isfinite(rest[first:end][:, (_V, _AX)]).all(axis=1)
+            if not there.any() or np.ptp(t[there]) < LONG_ENOUGH:
+                continue
+            pushed = np.nan_to_num(rest[first:end, _AX])
+            pushed = np.concatenate([[0.0], np.cumsum(0.5 * (pushed[1:] + pushed[:-1]) * np.diff(t))])
+            both = np.column_stack([rest[first:end, _V], pushed])[there]
+            found.append((np.ptp(t[there]), *np.polyfit(t[there] - t[0], both, 1)[0]))
+        lasts, faster, shown = np.array(found, dtype=np.float64).reshape(-1, 3).T
+        return lasts, faster, shown
+
+    def on_hills(self, slopes: float) -> None:
+        """From now on the slope of the road, of this spread [m/s^2], is no error of the model; 0: a flat road."""
+        self.slopes = slopes
+
     def reckoned(self, values: Values) -> Reckoned:
         """What the model with these values leaves beside dead reckoning."""
         motion, t = filled(self.log.t, self.measured), self.log.t
@@ -154,8 +181,9 @@ class Experiment:
         self.segments = self._first
         self.segments = restarted(self._first, self.residuals(values))
 
-    def _residuals(self, output: FloatArray) -> Residuals:
-        return residuals(output, self.measured, self.log.t, self.sigma, self.segments, free_speed=self._free_speed)
+    def _residuals(self, output: FloatArray, slopes: float | None = None) -> Residuals:
+        return residuals(output, self.measured, self.log.t, self.sigma, self.segments, free_speed=self._free_speed,
+                         slopes=self.slopes if slopes is None else slopes)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -186,6 +214,11 @@ class ExperimentSet:
         rows = sum(len(one.slides) for one in cuts)
         slides, abandoned = sum(one.slides.sum() for one in cuts), sum(one.abandoned.sum() for one in cuts)
         return float(slides) / rows, float(abandoned) / rows
+
+    @property
+    def slopes(self) -> float:
+        """Spread [m/s^2] of the slope of the road that is no error of the model, the largest of the logs."""
+        return max((e.slopes for e in self.experiments), default=0.0)
 
     @property
     def excused(self) -> bool:
@@ -286,6 +319,13 @@ class ExperimentSet:
 def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
     return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+
+
+def _slopes(model: VehicleModel, t: FloatArray, measured: FloatArray) -> float:
+    """Spread [m/s^2] of the slope of the road that is no error of the model: as the model's file tells of the drives
+    that it was learnt from, or as the log tells where the file says nothing."""
+    told = model.remainder_shape.slopes
+    return slope_spread(t, measured) if told is None else told
 
 
 def _without_settling(measured: FloatArray, t: FloatArray, starts: IntArray) -> FloatArray:

@@ -7,12 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pytest_dvp.gap.compare.road_slope import told_spread
 from pytest_dvp.gap.diagnose.candidates import candidates_of
 from pytest_dvp.gap.diagnose.dead_reckoning import measured_steps
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
-from pytest_dvp.gap.diagnose.lasting_remainder import measured_memory
+from pytest_dvp.gap.diagnose.lasting_remainder import as_measured, measured_memory
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -68,19 +69,22 @@ def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Se
         (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
         for e in fold.judge.experiments
     ]  # fmt: skip
+    slopes = as_measured(told_spread(e.hills(values) for e, values in (*fitted, *apart)))
+    for e, _ in (*fitted, *apart):
+        e.on_hills(slopes)
     groups = [fitted, apart] if apart else [*([one] for one in fitted), fitted]
     remainder = measured_remainder([[e.left(values) for e, values in group] for group in groups])
     parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
-    shape = RemainderShape()
+    shape = RemainderShape(slopes=slopes or None)
     if remainder:
         wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in groups])
-        shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders)
+        shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders, slopes=slopes)
     return dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
 
 
 def remeasured(twin: VehicleModel, drives: Drives) -> VehicleModel:
     """The twin with the remainder that it has now on its drives."""
-    bare = dataclasses.replace(twin, remainder={}, remainder_shape=RemainderShape())
+    bare = dataclasses.replace(twin, remainder={}, remainder_shape=RemainderShape(slopes=twin.remainder_shape.slopes))
     plain = Search(experiment_set(drives.logs, bare, extra=drives.effects), ())
     plain.target.settle({})
     return with_remainder(bare, plain, plain.trial((), {}), folds(drives.logs, drives.held_out, bare, drives.effects))

@@ -62,7 +62,7 @@ def grow(
     from vehicle.model.effect_catalogue import catalogue, run_setups
 
     tick("preparing")
-    bare = dataclasses.replace(twin, remainder={}, remainder_shape=RemainderShape())
+    bare = dataclasses.replace(twin, remainder={}, remainder_shape=RemainderShape(slopes=twin.remainder_shape.slopes))
     target = experiment_set(logs, bare, extra=effects)
     present = [a.name for a in twin.effects]
     kept = candidates_of(bare, present)

@@ -14,6 +14,7 @@ from pytest_dvp.gap.diagnose.input_scales import implausible_scales
 from pytest_dvp.gap.diagnose.standing import MUCH_LEFT
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.residual_signature import signature_lines
+from vehicle.model.bus import GRAVITY
 from vehicle.model.remainder import Remainder
 
 SHOWN = 3  # signals whose own error the ladder shows
@@ -278,6 +279,13 @@ def standing_lines(found: Diagnosis) -> list[str]:
             "no effect of the catalogue does that",
             f"{_rate(found.samples.left_out)} of them is left out of the fit, up to the ends of those segments",
             "the answer holds for the rest alone",
+        ]
+        lines += _wrapped("", words, "; ")
+    if found.samples.slopes:
+        slope = 100.0 * found.samples.slopes / GRAVITY
+        words = [
+            f"the road has slopes of {slope:.1f} % (root mean square) that differ along a drive",
+            "the accelerometer tells them from forces, and they are no error of the model",
         ]
         lines += _wrapped("", words, "; ")
     lost = [name for name, share in shares(found.ladder, held_out=True).items() if share.value < WORSE]

@@ -25,9 +25,12 @@ def baseline() -> VehicleModel:
 def drive(
     duration: float = 60.0, *, rate: float = 50.0, noise: float = 1.0, seed: int = 1, drive_gain: float = 1.0,
     brake_gain: float = 1.0, steer_delay: float = 0.0, steer_ratio: float = 1.0, steer_offset: float = 0.0,
-    yaw_bias: float = 0.0,
+    yaw_bias: float = 0.0, hills: float = 0.0, wave: float = 90.0, plane: float = 0.0,
 ) -> Log:  # fmt: skip
     """A drive with launches, cruise, braking to standstill and turns, with hidden effects; `noise` scales NOISE.
+
+    `hills` is the spread [m/s^2] of gravity along the road, which rises and falls over a `wave` [m], `plane` what
+    it is at heading 0 on one slope everywhere; the accelerometer feels neither.
 
     Each second of motion is made of 20 ms steps of a bicycle with ideal actuators but for the effects asked for.
     """
@@ -41,14 +44,16 @@ def drive(
     late = round(steer_delay / dt)
     acting = np.concatenate([np.full(late, steer[0]), steer[: len(steer) - late]])
     rows = np.zeros((len(t), 7))
-    x = y = yaw = v = 0.0
+    x = y = yaw = v = way = 0.0
     for i in range(len(t)):
         a = accel[i] * (drive_gain if accel[i] > 0.0 else brake_gain)
         k = math.tan(steer_ratio * acting[i] + steer_offset) / WHEELBASE
-        after = max(v + a * dt, 0.0)
-        rows[i] = x, y, yaw, v, v * k, (after - v) / dt, v * v * k
+        down = 2.0**0.5 * hills * math.sin(2.0 * math.pi * way / wave) + plane * math.cos(yaw)
+        held = v == 0.0 and a <= 0.0  # brakes hold a car that stands
+        after = 0.0 if held else max(v + (a + down) * dt, 0.0)
+        rows[i] = x, y, yaw, v, v * k, (after - v) / dt - down, v * v * k
         mean = 0.5 * (v + after)
-        heading = yaw + 0.5 * dt * mean * k
+        heading, way = yaw + 0.5 * dt * mean * k, way + dt * mean
         x, y, yaw, v = x + dt * mean * math.cos(heading), y + dt * mean * math.sin(heading), yaw + dt * mean * k, after
     rng = np.random.default_rng(seed)
     rows += noise * rng.normal(size=rows.shape) * np.array(list(NOISE.values()))

@@ -318,7 +318,7 @@ class Diagnosing:
         self.final = made[-1]
         self.search: Any = SimpleNamespace(count=100, misfit=lambda trial: misfit)
         target: Any = SimpleNamespace(channels=("v",), excused=excused, settle=self.settled.append, count=100,
-                                      independent=50.0, slides=lambda: (0.1, 0.2),
+                                      independent=50.0, slides=lambda: (0.1, 0.2), slopes=0.0,
                                       noise=lambda: {"v": 0.1})  # fmt: skip
         names = self.final.names
         found = SearchResult(self.final, dict.fromkeys(names, ("near",)), hidden)  # type: ignore[arg-type]

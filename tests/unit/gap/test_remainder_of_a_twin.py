@@ -17,9 +17,10 @@ from vehicle.model.remainder_shape import RemainderShape
 MODEL = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\n")
 
 
-def a_drive(name: str) -> Any:
-    """A drive that says which values it was asked for."""
+def a_drive(name: str, hills: Any = None) -> Any:
+    """A drive that says which values it was asked for, and tells `hills` on what road it is judged."""
     return SimpleNamespace(
+        hills=lambda values: (name, "hills", values), on_hills=[].append if hills is None else hills.append,
         log=SimpleNamespace(t=f"t of {name}"), segments=SimpleNamespace(starts=f"starts of {name}"),
         left=lambda values: (name, "left", values), reckoned=lambda values: (name, "reckoned", values),
         residuals=lambda values: SimpleNamespace(values=(name, values)),
@@ -46,28 +47,34 @@ def test_a_remainder_is_measured_on_the_drives_fitted_on_and_on_those_apart(
     monkeypatch.setattr(module, "measured_memory", keep("memory", memory))
     monkeypatch.setattr(module, "measured_steps", keep("steps", wanders))
     monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, final: SimpleNamespace(values="refitted"))
-    search: Any = SimpleNamespace(target=SimpleNamespace(experiments=[a_drive("a")]))
-    folds: Any = [SimpleNamespace(fitted=None, judge=SimpleNamespace(experiments=[a_drive("b"), a_drive("c")])),
+    monkeypatch.setattr(module, "told_spread", keep("hills", 0.0712345))
+    roads: list[float] = []
+    search: Any = SimpleNamespace(target=SimpleNamespace(experiments=[a_drive("a", roads)]))
+    apart = [a_drive("b", roads), a_drive("c", roads)]
+    folds: Any = [SimpleNamespace(fitted=None, judge=SimpleNamespace(experiments=apart)),
                   SimpleNamespace(fitted="half", judge=SimpleNamespace(experiments=[a_drive("d")]))]  # fmt: skip
     old = dataclasses.replace(MODEL, remainder_shape=RemainderShape(wanders={"along": {"cruise": 9.0}}))
     found = with_remainder(old, search, SimpleNamespace(values="fitted"), folds)  # type: ignore[arg-type]
     groups = [[("a", "fitted")], [("b", "refitted"), ("c", "refitted")]]
     assert asked["remainder"] == [[(name, "left", values) for name, values in group] for group in groups]
+    assert asked["hills"] == [(name, "hills", values) for group in groups for name, values in group]
+    assert roads == [0.0712] * 3
     assert found.remainder == remainder
     if remainder:
         assert asked["steps"] == [[(name, "reckoned", values) for name, values in group] for group in groups]
         each = [*groups[0], *groups[1]]
         assert asked["memory"] == [(f"t of {name}", (name, values), f"starts of {name}") for name, values in each]
-        assert found.remainder_shape == RemainderShape(memory=memory, wanders=wanders)
+        assert found.remainder_shape == RemainderShape(memory=memory, wanders=wanders, slopes=0.0712)
     else:
-        assert found.remainder_shape == RemainderShape()
-        assert set(asked) == {"remainder"}
+        assert found.remainder_shape == RemainderShape(slopes=0.0712)
+        assert set(asked) == {"hills", "remainder"}
 
 
 def test_without_drives_apart_each_fitted_one_is_a_group_and_all_together(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[Any] = []
+    monkeypatch.setattr(module, "told_spread", lambda drives: 0.0)
     monkeypatch.setattr(module, "measured_remainder", lambda groups: asked.append([list(g) for g in groups]) or {})
     search: Any = SimpleNamespace(target=SimpleNamespace(experiments=[a_drive("a"), a_drive("b")]))
     parts: Any = [SimpleNamespace(fitted="half", judge=SimpleNamespace(experiments=[a_drive("d")]))]

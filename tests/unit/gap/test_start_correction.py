@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.compare.start_correction import _reach, _solve, _start, _stops, project
+from pytest_dvp.gap.compare.start_correction import KNOTS, TAKEN_OUT, _reach, _solve, _start, _stops, project
 from pytest_dvp.logs.log_contents import FloatArray
 
 STEP = 0.01
@@ -29,9 +29,17 @@ V = 8.0 + np.sin(1.3 * T)
 
 
 def reached(out: FloatArray, free_speed: bool = True) -> FloatArray:
-    reach = np.full((N, 5), np.nan)
-    _reach(out, T, 0, N, free_speed, reach)
-    return reach
+    reach = np.full((N, 5, 1), np.nan)
+    _reach(out, T, 0, N, free_speed, 0, reach)
+    return reach[:, :, 0]
+
+
+def started(out: FloatArray, measured: FloatArray, weight: FloatArray, counted: np.ndarray) -> FloatArray:
+    """On a flat road."""
+    reach = reached(out)[:, :, None]
+    rolls = np.ones(N, dtype=bool)
+    found: FloatArray = _start(out, measured, weight, 0, N, counted, rolls, 0.0, reach, np.zeros(0))
+    return found
 
 
 def test_one_metre_a_second_more_moves_and_turns_the_car_like_a_second_drive() -> None:
@@ -120,11 +128,11 @@ def test_each_part_of_a_wrong_start_is_found_with_whatever_tells_it() -> None:
     out = path(V, BEND)
     measured = moved(out, *START)
     everything = np.ones(N, dtype=bool)
-    assert _start(out, measured, WEIGHT, 0, N, everything, reached(out)) == pytest.approx(START)
+    assert started(out, measured, WEIGHT, everything) == pytest.approx(START)
     for channels, known in (([0, 1], range(4)), ([2], (2, 3)), ([3], (3,)), ([4], (3,)), ([6], (3,)), ([5, 7], ())):
         weight = np.zeros(8)
         weight[channels] = WEIGHT[channels]
-        found = _start(out, measured, weight, 0, N, everything, reached(out))
+        found = started(out, measured, weight, everything)
         expected = [START[k] if k in known else 0.0 for k in range(4)]
         assert found == pytest.approx(expected, abs=1e-6), channels
 
@@ -144,14 +152,15 @@ def test_a_start_is_the_weighted_least_squares_of_all_rows_that_count() -> None:
     used[:, [5, 7]] = False
     a = (columns * WEIGHT[None, :, None])[used]
     b = ((measured - out) * WEIGHT)[used]
-    assert _start(out, measured, WEIGHT, 0, N, counted, reach) == pytest.approx(np.linalg.lstsq(a, b, rcond=None)[0])
+    assert started(out, measured, WEIGHT, counted) == pytest.approx(np.linalg.lstsq(a, b, rcond=None)[0])
 
 
-def projected(out: FloatArray, measured: FloatArray, counted: np.ndarray, starts: list[int]) -> tuple[FloatArray, ...]:
+def projected(out: FloatArray, measured: FloatArray, counted: np.ndarray, starts: list[int],
+              slopes: float = 0.0) -> tuple[FloatArray, ...]:  # fmt: skip
     values, start = np.empty((N, 8)), np.zeros((len(starts), 4))
     chi2, count = np.zeros(8), np.zeros(8, dtype=np.int64)
     begin = np.array(starts)
-    project(out, measured, T, WEIGHT, begin, np.append(begin[1:], N), counted, True, values, start, chi2, count)
+    project(out, measured, T, WEIGHT, begin, np.append(begin[1:], N), counted, True, slopes, values, start, chi2, count)
     return values, start, chi2, count
 
 
@@ -203,3 +212,69 @@ def test_where_the_model_comes_to_rest_one_row_to_either_side_has_no_acceleratio
     assert np.flatnonzero(np.isnan(values[:, 5])).tolist() == [99, 100, 101]
     starts = path(np.where(T < 1.0, 0.0, 5.0), np.zeros(N))
     assert not any(_stops(starts, i, 0, N) for i in range(N))
+
+
+FLAT = path(V, BEND)
+EVERY = np.ones(N, dtype=bool)
+
+
+def on_a_slope(at: int, push: float) -> FloatArray:
+    """What a car shows that is pushed by a slope [m/s^2] at one knot, and less up to its neighbours: a second drive.
+    Its wheels and its accelerometer do as before."""
+    apart = (N - 1) * STEP / (KNOTS - 1)
+    pushes = push * np.maximum(0.0, 1.0 - np.abs(T - at * apart) / apart)
+    faster = np.concatenate([[0.0], np.cumsum(0.5 * STEP * (pushes[1:] + pushes[:-1]))])
+    found = path(V + faster, BEND)
+    found[:, 5] = FLAT[:, 5]
+    return found
+
+
+@pytest.mark.parametrize("at", range(KNOTS))
+def test_a_slope_at_a_knot_moves_and_turns_the_car_like_a_second_drive(at: int) -> None:
+    reach = np.zeros((N, 5, 1 + KNOTS))
+    _reach(FLAT, T, 0, N, True, 1 + at, reach)
+    gain = (on_a_slope(at, 1e-5) - on_a_slope(at, -1e-5))[:, :5] / 2e-5
+    assert reach[:, :, 1 + at] == pytest.approx(gain, abs=3e-4)
+    assert np.abs(gain[-1, 3]) > 0.5
+
+
+@pytest.mark.parametrize("at", range(KNOTS))
+def test_nine_tenths_of_a_slope_are_taken_out_and_what_the_accelerometer_shows_stays(at: int) -> None:
+    """What stays of the speed is what a tenth of the slope leaves, less the start that suits it best."""
+    measured = on_a_slope(at, 0.1)
+    measured[:, 5] += 0.02
+    flat, *_ = projected(FLAT, measured, EVERY, [0])
+    values, start, *_ = projected(FLAT, measured, EVERY, [0], slopes=1.0)
+    assert np.abs(flat[:, 3]).max() > 0.03
+    assert np.abs(values[:, 3]).max() == pytest.approx((1.0 - TAKEN_OUT) * np.abs(flat[:, 3]).max(), rel=0.2)
+    assert values[:, 5] == pytest.approx(0.02)
+    assert np.abs(start).max() < 0.02
+
+
+def test_a_slope_is_believed_as_far_as_slopes_are_usual() -> None:
+    measured = on_a_slope(1, 0.1)
+    left = [np.abs(projected(FLAT, measured, EVERY, [0], slopes=s)[0][:, 3]).max() for s in (1e-4, 0.01, 1.0)]
+    assert left[0] > 2.0 * left[1] > 2.0 * left[2]
+
+
+def test_on_hills_ways_do_not_count_from_where_car_or_model_is_slow_on() -> None:
+    out = path(np.where(T < 1.0, 5.0, 0.0), np.zeros(N))
+    measured = out.copy()
+    measured[:, 3] = np.where(T < 0.8, 5.0, 0.29)
+    values, *_ = projected(out, measured, EVERY, [0], slopes=0.1)
+    assert np.isfinite(values[:80, [0, 1, 3]]).all()
+    assert np.isnan(values[80:, [0, 1, 3]]).all()
+    assert np.isfinite(values[:, [2, 4]]).all()
+    assert np.isnan(values[100:, 5]).all()  # the accelerometer of a car that is held shows the hill
+    measured[:, 3] = np.where(T < 0.8, 5.0, 0.31)
+    values, *_ = projected(out, measured, EVERY, [0], slopes=0.1)
+    assert np.flatnonzero(np.isnan(values[:, 3]))[0] == 100
+
+
+def test_on_hills_a_start_that_no_row_tells_stays_as_it_was_measured() -> None:
+    """A wrong yaw rate of a car that stands would ask for any speed."""
+    out = path(np.where(T < STEP / 2.0, 0.0, 0.25), np.full(N, 0.01))
+    measured = out.copy()
+    measured[:, 4] += 0.05
+    _, start, *_ = projected(out, measured, EVERY, [0], slopes=0.1)
+    assert abs(start[0, 3]) < 1.0

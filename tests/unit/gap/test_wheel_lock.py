@@ -76,4 +76,10 @@ def test_the_answer_says_how_much_of_the_drive_it_is_and_what_is_left_out() -> N
     text = " ".join(page(slid).split())
     assert "wheels lock or spin, or the car slides, in 5.7 % of the drives fitted" in text
     assert "24 % of them is left out of the fit" in text
-    assert slid.as_dict()["samples"] == {"count": 100, "independent": 100.0, "slides": 0.0569, "left_out": 0.238}
+    assert slid.as_dict()["samples"] == {
+        "count": 100,
+        "independent": 100.0,
+        "slides": 0.0569,
+        "left_out": 0.238,
+        "slopes": 0.0,
+    }

@@ -278,6 +278,10 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
     text = "[remainder.wanders]\nalong.cruise = 0.1  # m\nyaw.braking = 0.002  # rad\n"
     assert shape_text(agree) == f"[remainder.sensors]\ngyro_bias.b = 0.001\n{text}"
     assert read_shape({"wanders": agree.wanders, "sensors": {"gyro_bias": {"b": 0.001}}}) == agree
+    for slopes in (0.0, 0.06, 5.0):
+        road = RemainderShape(slopes=slopes)
+        assert shape_text(road) == f"[remainder.road]\nslopes = {slopes}  # m/s^2\n"
+        assert read_shape({"road": {"slopes": slopes}}) == road
     assert shape_text(RemainderShape()) == ""
     assert read_shape({}) == RemainderShape()
     assert read_shape({"imitates": {"drive_gain": {"g": 0}}}).imitates == {"drive_gain": {"g": 0.0}}
@@ -296,6 +300,9 @@ def test_the_shape_of_a_remainder_is_written_and_read_again() -> None:
         ({"wanders": {"yaw": {"cruse": 0.1}}}, "wanders.yaw.cruse", "did you mean 'cruise'"),
         ({"wanders": {"yaw": {"cruise": -0.1}}}, "wanders.yaw.cruise", "allowed: 0 rad or more"),
         ({"unseen": {"power_limit": {"limit": 0}}}, "unseen.power_limit.limit", "found 0; allowed: more than 0"),
+        ({"road": {"slopes": 5.1}}, "road.slopes", r"found 5.1; allowed: 0 to 5 m/s\^2"),
+        ({"road": {"slopes": -0.1}}, "road.slopes", "allowed: 0 or more"),
+        ({"road": {"slope": 0.1}}, "road.slope", "unknown key.* did you mean 'slopes'"),
         ({"limits": {"jerk_limit": 3}}, "limits.jerk_limit", "must be a table of the effect's keys"),
         ({"memory": {"v": math.inf}}, "memory.v", "allowed: 0 or more"),
         ({"memory": {"v": True}}, "memory.v", "must be a number"),
