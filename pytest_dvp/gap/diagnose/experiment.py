@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 
 FINE_STEP = 0.002  # s
 JUMP = 5.0  # standard deviations of the accelerometer's noise
+LITTLE_ELSE = (
+    20.0  # chi^2/N that the model may leave beside the hills; chosen: of three cars from their data sheets, which
+)
+# left 25 and more, the speed says more of the car than hills of 0.6 % take from it
 ROLLS = 0.5  # m/s, below which nothing tells a slope, as brakes may hold the car
 LONG_ENOUGH = 2.0  # s of a segment, for a slope to show in the speed
 KEPT = 32e6  # bytes of motions that are kept for who asks again, 90 of a log of 110 s at 50 Hz: a tenth of all is
@@ -82,7 +86,7 @@ class Experiment:
         self._motions: dict[tuple[tuple[tuple[str, str], float], ...], FloatArray] = {}
         self._moved_on = self.segments
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
-        self.slopes = _slopes(model, log.t, self.measured) if self._free_speed else 0.0
+        self.slopes = 0.0
         self.channels, _ = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
@@ -93,6 +97,7 @@ class Experiment:
         self.noise = coloured.sigma
         self.sigma = np.hypot(self.noise, MARGIN * expected(model.remainder, log, self.measured))
         self._whitening = coloured
+        self.slopes = self._told_slopes(output) if self._free_speed else 0.0
         self._begins = first_rows(log.t, self.segments.starts)
         self._lasting = LastingRemainder(
             log, self.measured, model.remainder, model.remainder_shape, self.noise, coloured, self._begins
@@ -147,6 +152,15 @@ class Experiment:
     def on_hills(self, slopes: float) -> None:
         """From now on the slope of the road, of this spread [m/s^2], is no error of the model; 0: a flat road."""
         self.slopes = slopes
+
+    def _told_slopes(self, output: FloatArray) -> float:
+        """Spread [m/s^2] of the slope of the road that is no error of the model: as the model's file tells of the
+        drives that it was learnt from, or as the log tells of a model that leaves little else (`output` (n, 8))."""
+        told = self.model.remainder_shape.slopes
+        if told is not None or self.model.remainder:
+            return told or 0.0
+        found = slope_spread(self.log.t, measured_array(self.log.columns))
+        return found if found and self._residuals(output, found).total <= LITTLE_ELSE else 0.0
 
     def reckoned(self, values: Values) -> Reckoned:
         """What the model with these values leaves beside dead reckoning."""
@@ -319,13 +333,6 @@ class ExperimentSet:
 def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
     return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
-
-
-def _slopes(model: VehicleModel, t: FloatArray, measured: FloatArray) -> float:
-    """Spread [m/s^2] of the slope of the road that is no error of the model: as the model's file tells of the drives
-    that it was learnt from, or as the log tells where the file says nothing."""
-    told = model.remainder_shape.slopes
-    return slope_spread(t, measured) if told is None else told
 
 
 def _without_settling(measured: FloatArray, t: FloatArray, starts: IntArray) -> FloatArray:

@@ -69,13 +69,15 @@ def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Se
         (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
         for e in fold.judge.experiments
     ]  # fmt: skip
-    slopes = as_measured(told_spread(e.hills(values) for e, values in (*fitted, *apart)))
-    for e, _ in (*fitted, *apart):
-        e.on_hills(slopes)
+    slopes = None
+    if any(e.slopes for e, _ in (*fitted, *apart)):  # else the values were fitted as if the road was flat
+        slopes = as_measured(told_spread(e.hills(values) for e, values in (*fitted, *apart)))
+        for e, _ in (*fitted, *apart):
+            e.on_hills(slopes)
     groups = [fitted, apart] if apart else [*([one] for one in fitted), fitted]
     remainder = measured_remainder([[e.left(values) for e, values in group] for group in groups])
     parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
-    shape = RemainderShape(slopes=slopes or None)
+    shape = RemainderShape(slopes=slopes)
     if remainder:
         wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in groups])
         shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders, slopes=slopes)

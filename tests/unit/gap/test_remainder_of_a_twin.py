@@ -21,6 +21,7 @@ def a_drive(name: str, hills: Any = None) -> Any:
     """A drive that says which values it was asked for, and tells `hills` on what road it is judged."""
     return SimpleNamespace(
         hills=lambda values: (name, "hills", values), on_hills=[].append if hills is None else hills.append,
+        slopes=0.0 if hills is None else 0.05,
         log=SimpleNamespace(t=f"t of {name}"), segments=SimpleNamespace(starts=f"starts of {name}"),
         left=lambda values: (name, "left", values), reckoned=lambda values: (name, "reckoned", values),
         residuals=lambda values: SimpleNamespace(values=(name, values)),
@@ -74,7 +75,6 @@ def test_without_drives_apart_each_fitted_one_is_a_group_and_all_together(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[Any] = []
-    monkeypatch.setattr(module, "told_spread", lambda drives: 0.0)
     monkeypatch.setattr(module, "measured_remainder", lambda groups: asked.append([list(g) for g in groups]) or {})
     search: Any = SimpleNamespace(target=SimpleNamespace(experiments=[a_drive("a"), a_drive("b")]))
     parts: Any = [SimpleNamespace(fitted="half", judge=SimpleNamespace(experiments=[a_drive("d")]))]

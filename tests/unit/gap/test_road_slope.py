@@ -11,7 +11,7 @@ from gap_logs import baseline, drive
 from pytest_dvp.gap.compare.road_slope import LEAST, LEAST_TOLD, slope_spread, told_spread
 from pytest_dvp.gap.compare.segments import measured_array
 from pytest_dvp.gap.diagnose.diagnose import diagnose
-from pytest_dvp.gap.diagnose.experiment import experiment_set
+from pytest_dvp.gap.diagnose.experiment import LITTLE_ELSE, experiment_set
 from pytest_dvp.logs.log import Log
 from vehicle.model.remainder_shape import RemainderShape
 
@@ -90,11 +90,26 @@ def test_on_hills_a_start_that_no_row_tells_stays_where_it_was_measured() -> Non
     assert np.abs(target.experiments[0].residuals({}).start[:, 3]).max() < 0.2
 
 
-def test_a_twin_tells_the_slopes_that_it_knows_and_flat_roads_too() -> None:
+@pytest.mark.parametrize(
+    ("told", "remainder", "expected"),
+    [(None, {}, None), (0.0, {}, 0.0), (0.07, {}, 0.07), (0.07, {"v": {"cruise": 0.1}}, 0.07),
+     (None, {"v": {"cruise": 0.1}}, 0.0)],
+)  # fmt: skip
+def test_a_twin_tells_the_slopes_that_it_knows_and_a_log_those_of_a_model_that_lacks_no_more(
+    told: float | None, remainder: dict[str, dict[str, float]], expected: float | None
+) -> None:
     log = drive(LONG, hills=0.1, wave=240.0)
-    for told, expected in ((None, spread(log)), (0.0, 0.0), (0.07, 0.07)):
-        twin = dataclasses.replace(baseline(), remainder_shape=RemainderShape(slopes=told))
-        assert experiment_set({"log": log}, twin).slopes == expected
+    twin = dataclasses.replace(baseline(), remainder=remainder, remainder_shape=RemainderShape(slopes=told))
+    assert experiment_set({"log": log}, twin).slopes == (spread(log) if expected is None else expected)
+
+
+def test_hills_count_only_where_the_model_leaves_little_else() -> None:
+    log = drive(LONG, hills=0.1, wave=240.0, steer_offset=0.1)
+    assert spread(log) > 0.0
+    far = experiment_set({"log": log}, baseline())
+    near = experiment_set({"log": drive(LONG, hills=0.1, wave=240.0, steer_ratio=0.99)}, baseline())
+    assert (far.slopes, near.slopes > 0.0) == (0.0, True)
+    assert float(np.sum(far.whitened({}) ** 2)) / far.count > LITTLE_ELSE
 
 
 def test_on_hills_of_1_percent_a_right_model_lacks_nothing() -> None:
