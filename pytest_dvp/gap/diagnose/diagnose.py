@@ -15,7 +15,7 @@ from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
-from pytest_dvp.gap.diagnose.experiment import Values, experiment_set
+from pytest_dvp.gap.diagnose.experiment import Values, experiment_set, on_same_roads
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, remeasured, with_values
 from pytest_dvp.gap.diagnose.held_out import (
     Fold,
@@ -75,12 +75,12 @@ def diagnose(
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
-    judges = folds(logs, held_out, model, effects)
+    judges = folds(logs, held_out, on_same_roads(model, target), effects)
     space = SearchSpace(target, tried, refiners, nuisance, start, tick, judges)
     search, found, removed, instead = searched(space, model)
     tick("held-out data")
     found, vetoed, gains, judges, chose = judged(
-        search, found, judges, lambda: folds_with_setup(held_out, model, effects)
+        search, found, judges, lambda: folds_with_setup(held_out, on_same_roads(model, target), effects)
     )
     final = found.final
     tied = Tied(final, ())

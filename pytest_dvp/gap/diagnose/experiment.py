@@ -332,7 +332,19 @@ class ExperimentSet:
 
 def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
-    return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+    found = ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+    for one in found.experiments if found.slopes else ():
+        one.on_hills(found.slopes)
+    return found
+
+
+def on_same_roads(model: VehicleModel, target: ExperimentSet) -> VehicleModel:
+    """The model for drives that judge it beside those of `target`: its file tells the slopes of their roads, if they
+    have any."""
+    if not target.slopes:
+        return model
+    shape = dataclasses.replace(model.remainder_shape, slopes=target.slopes)
+    return dataclasses.replace(model, remainder_shape=shape)
 
 
 def _without_settling(measured: FloatArray, t: FloatArray, starts: IntArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from pytest_dvp.gap.diagnose.below_remainder import SHOWN_BELOW, Below, confused_with, shown_below, with_below
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set, on_same_roads
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, values_of, with_remainder
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.held_out import folds, step
@@ -88,7 +88,7 @@ def extend(
     search = _search(target, model, [*kept, *chosen], lost)
     begin = {**search.start, **values_of(model), **dict(start or {})}
     drives, provenance = Drives(logs, held_out or {}, effects), tuple(fitted_on)
-    judges = folds(logs, held_out, model, effects)
+    judges = folds(logs, held_out, on_same_roads(model, target), effects)
 
     def made(some: Sequence[Candidate]) -> _Made:
         final = _fitted(search, begin, [c.name for c in kept], some)

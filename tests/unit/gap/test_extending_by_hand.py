@@ -68,7 +68,7 @@ class Course:
         self.wrong = set(wrong)
         self.fits: list[list[str]] = []
         self.shown: tuple[str, ...] = ()  # of what is refused, where what is left lasts
-        target: Any = SimpleNamespace(by_channel=lambda values: channels or {"v": 1.0}, channels=("v",),
+        target: Any = SimpleNamespace(by_channel=lambda values: channels or {"v": 1.0}, channels=("v",), slopes=0.0,
                                       noise=lambda: {"v": 0.1}, count=100)  # fmt: skip
         self.search: Any = SimpleNamespace(start={("inputs", "a"): 1.0}, target=target, nuisance=())
         self.final: Any = SimpleNamespace(names=(), values={}, fit=SimpleNamespace(coordinates=()))

@@ -11,8 +11,9 @@ from gap_logs import baseline, drive
 from pytest_dvp.gap.compare.road_slope import LEAST, LEAST_TOLD, slope_spread, told_spread
 from pytest_dvp.gap.compare.segments import measured_array
 from pytest_dvp.gap.diagnose.diagnose import diagnose
-from pytest_dvp.gap.diagnose.experiment import LITTLE_ELSE, experiment_set
+from pytest_dvp.gap.diagnose.experiment import LITTLE_ELSE, experiment_set, on_same_roads
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_part import cut_log
 from vehicle.model.remainder_shape import RemainderShape
 
 LONG = 120.0  # s
@@ -110,6 +111,19 @@ def test_hills_count_only_where_the_model_leaves_little_else() -> None:
     near = experiment_set({"log": drive(LONG, hills=0.1, wave=240.0, steer_ratio=0.99)}, baseline())
     assert (far.slopes, near.slopes > 0.0) == (0.0, True)
     assert float(np.sum(far.whitened({}) ** 2)) / far.count > LITTLE_ELSE
+
+
+def test_drives_that_judge_and_parts_of_drives_are_on_the_same_roads() -> None:
+    """A part of 20 s is too short to tell its slopes."""
+    logs = {"hills": drive(LONG, hills=0.1, wave=240.0), "flat": drive(LONG)}
+    target = experiment_set(logs, baseline())
+    assert [e.slopes for e in target.experiments] == [target.slopes] * 2
+    assert target.slopes == spread(logs["hills"])
+    part = {"part": cut_log(logs["hills"], 40.0, 60.0)}
+    assert experiment_set(part, baseline()).slopes == 0.0
+    assert experiment_set(part, on_same_roads(baseline(), target)).slopes == target.slopes
+    flat = experiment_set({"flat": logs["flat"]}, baseline())
+    assert on_same_roads(baseline(), flat) == baseline()
 
 
 def test_on_hills_of_1_percent_a_right_model_lacks_nothing() -> None:
