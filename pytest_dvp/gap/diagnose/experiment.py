@@ -27,10 +27,9 @@ if TYPE_CHECKING:
 
 FINE_STEP = 0.002  # s
 JUMP = 5.0  # standard deviations of the accelerometer's noise
-LITTLE_ELSE = (
-    20.0  # chi^2/N that the model may leave beside the hills; chosen: of three cars from their data sheets, which
-)
-# left 25 and more, the speed says more of the car than hills of 0.6 % take from it
+LITTLE_ELSE = 20.0  # chi^2/N
+"""That a model may leave beside hills that are no error of it; chosen: of three cars from their data sheets, which left
+25 and more, the speed says more of the car than hills of 0.6 % take from it."""
 ROLLS = 0.5  # m/s, below which nothing tells a slope, as brakes may hold the car
 LONG_ENOUGH = 2.0  # s of a segment, for a slope to show in the speed
 KEPT = 32e6  # bytes of motions that are kept for who asks again, 90 of a log of 110 s at 50 Hz: a tenth of all is
