@@ -3,8 +3,9 @@
 python -m scripts.paper_twins [CAR ...]      of scenarios/mcrpg/cars; writes its table into docs/mcrpg.md
 
 Each car drives the variants of scenarios/mcrpg/paper.toml on stage rw, and urban, all recorded by a reference system
-with errors. Whatever the diagnosis names is added to scenarios/models/surrogate.toml, also what is provisional, and the
-twin is held against drives of the held-out variants with other seeds. Kept in runs/paper-twins, car by car.
+with errors. Whatever the diagnosis names is added to scenarios/models/surrogate.toml, also what is provisional, but
+for what `dvp extend` then finds idle, and the twin is held against drives of the held-out variants with other seeds.
+Kept in runs/paper-twins, car by car.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ HELD_OUT: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("pedestrian_crossing", {"pedestrian_speed": "1.5", "ego_speed": "5.0"}),
 )
 FIT_SEED, HELD_OUT_SEEDS = 7, (101, 102)
+IDLE = "explains too little"  # as `dvp extend` words it
 NOISES = 2.0  # times the noise of the measured position
 
 
@@ -44,15 +46,30 @@ def learnt(car: str, folder: Path) -> dict[str, Any]:
     diagnosis = _dvp(["diagnose", *map(str, fit), "--held-out", str(judging[0]), "--model", str(bare), "--json"])
     effects = json.loads(diagnosis)["effects"]
     names = list(dict.fromkeys(effect["name"] for effect in effects))
-    add = ["--add", *names] if names else []
-    _dvp(["extend", "--model", str(bare), *add, "--fit", *map(str, fit), "--held-out", str(judging[0]),
-          "--out", str(twin)])  # fmt: skip
+    _extend(bare, names, ["--fit", *map(str, fit), "--held-out", str(judging[0])], twin)
     return {
         "verdict": json.loads(diagnosis)["verdict"],
         "effects": [{key: effect.get(key) for key in ("name", "standing", "parameters")} for effect in effects],
         "bare": _judged(bare, judging),
         "learnt": _judged(twin if twin.is_file() else bare, judging),
     }
+
+
+def _extend(bare: Path, names: Sequence[str], logs: Sequence[str], twin: Path) -> None:
+    """Write the twin with these effects, without those that `dvp extend` finds idle; none if all are. Raises SystemExit
+    with the line of a refusal for another reason."""
+    twin.unlink(missing_ok=True)
+    while names:
+        said = io.StringIO()
+        with contextlib.redirect_stderr(said):
+            _dvp(["extend", "--model", str(bare), "--add", *names, *logs, "--out", str(twin)])
+        if twin.is_file():
+            return
+        (refusal,) = said.getvalue().splitlines()[-1:]
+        busy = [name for name in names if f"{name} {IDLE}" not in refusal]
+        if busy == list(names):
+            raise SystemExit(refusal)
+        names = busy
 
 
 def _drive(car: str, folder: Path, scenario: str, given: Mapping[str, str], seed: int) -> Path:
