@@ -150,6 +150,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("cars", nargs="*", metavar="CAR", help=f"of {', '.join(CARS)}; default: all")
     parser.add_argument("--runs", type=Path, default=ROOT / "runs" / "paper-twins")
     arguments = parser.parse_args(argv)
+    if unknown := [car for car in arguments.cars if car not in CARS]:
+        parser.error(f"CAR: no such car (found {unknown[0]!r}; allowed: {', '.join(CARS)})")
     for car in arguments.cars or CARS:
         file = arguments.runs / f"{car}.json"
         if not file.is_file():

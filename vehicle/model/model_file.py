@@ -22,7 +22,7 @@ from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import read_remainder, remainder_text
-from vehicle.model.remainder_shape import TABLES, read_shape, shape_text
+from vehicle.model.remainder_shape import channels_of, read_shape, shape_text
 from vehicle.model.vehicle_model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 from vehicle.toml_file import TomlError, parse_toml, read_toml
 
@@ -135,7 +135,7 @@ def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Ef
         effects.append(applied)
     try:
         stated_remainder = _table(data, "remainder", file, lines)
-        left = read_remainder({key: value for key, value in stated_remainder.items() if key not in TABLES})
+        left = read_remainder(channels_of(stated_remainder))
         shape = read_shape(stated_remainder, extra)
     except ModelError as error:
         path = ["remainder", *error.key.split(".")]

@@ -65,6 +65,17 @@ class RemainderShape:
     slopes: float | None = None
 
 
+def channels_of(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The part of a model file's [remainder] that is told by channel. Raises ModelError, with the name as its key, on a
+    name that is neither a channel nor one of TABLES."""
+    names = (*CHANNEL_UNITS, *TABLES)
+    for name in table:
+        if name not in names:
+            raise ModelError("unknown channel or table", key=name, found=name, allowed=", ".join(names),
+                             nearest=nearest_name(name, names))  # fmt: skip
+    return {name: value for name, value in table.items() if name not in TABLES}
+
+
 def read_shape(table: Mapping[str, Any], extra: Mapping[str, Effect] | None = None) -> RemainderShape:
     """The checked tables of a model file below [remainder]; extra: a user's own effects. Raises ModelError whose key is
     the path inside. An effect that is not known and looks like none is kept: a twin may have learnt beside effects that

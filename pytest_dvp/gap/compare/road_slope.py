@@ -24,11 +24,11 @@ LEAST_TOLD = 0.02  # m/s^2, the same where a model is known, which knows pitch a
 LATEST = 0.3  # s
 """By which an acceleration may come late and still be that of an accelerometer; chosen: those of a race car and of a
 road car on their tracks come 2.4 and 1.0 s late, through a filter."""
-_SURE = 2.0  # standard deviations by which it has to be later
+_SURE = 2.0  # standard deviations by which it has to be later; chosen
 _LATE = 2  # the change of the acceleration, among what is taken out
-_SLOWEST = 0.5  # m/s: at a standstill brakes hold the car, and nothing tells a slope
+SLOWEST = 0.5  # m/s: at a standstill brakes hold the car, and nothing tells a slope
 _MEAN = 0.2  # s over which speed and acceleration at the ends of a window are taken
-_FEWEST = 10  # windows more than what is taken out of them
+_FEWEST = 10  # windows more than what is taken out of them; chosen
 _SAME_GROUND = 0.75  # of the squares of what differs: where one plane or one hill explains that much, an effect of the
 # catalogue does, and it is to be named; chosen: of 25 windows on hills of many lengths, one hill explains up to 0.7
 _PLACES, _LENGTHS = 15, (10.0, 20.0, 40.0, 80.0)  # across the drive, and m: of the hills that are tried
@@ -48,7 +48,7 @@ def slope_spread(t: FloatArray, measured: FloatArray) -> float:
     at = {name: np.array([_about(t, one, end) for end in ends]) for name, one in
           {"pushed": pushed, "v": v, "ax": ax, "rate": rate, "x": x, "y": y}.items()}  # fmt: skip
     rows = [slice(*np.searchsorted(t, pair)) for pair in itertools.pairwise(ends)]
-    moving = np.array([row.stop > row.start and float(np.abs(v[row]).min()) > _SLOWEST for row in rows], dtype=bool)
+    moving = np.array([row.stop > row.start and float(np.abs(v[row]).min()) > SLOWEST for row in rows], dtype=bool)
 
     def change(one: FloatArray) -> FloatArray:
         return np.asarray(np.diff(one) / WINDOW)

@@ -12,7 +12,7 @@ import numpy as np
 from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
-from pytest_dvp.gap.compare.road_slope import slope_spread
+from pytest_dvp.gap.compare.road_slope import SLOWEST, slope_spread
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, filled, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.dead_reckoning import Reckoned, beside_dead_reckoning
@@ -30,8 +30,7 @@ JUMP = 5.0  # standard deviations of the accelerometer's noise
 LITTLE_ELSE = 20.0  # chi^2/N
 """That a model may leave beside hills that are no error of it; chosen: of three cars from their data sheets, which left
 25 and more, the speed says more of the car than hills of 0.6 % take from it."""
-ROLLS = 0.5  # m/s, below which nothing tells a slope, as brakes may hold the car
-LONG_ENOUGH = 2.0  # s of a segment, for a slope to show in the speed
+LONG_ENOUGH = 2.0  # s of a segment, for a slope to show in the speed; chosen
 KEPT = 32e6  # bytes of motions that are kept for who asks again, 90 of a log of 110 s at 50 Hz: a tenth of all is
 # asked for again, five times in six within the next 64
 _V, _YAW_RATE, _AX, _AY = (CHANNELS.index(name) for name in ("v", "yaw_rate", "ax", "ay"))
@@ -96,14 +95,12 @@ class Experiment:
         self.noise = coloured.sigma
         self.sigma = np.hypot(self.noise, MARGIN * expected(model.remainder, log, self.measured))
         self._whitening = coloured
-        self.slopes = self._told_slopes(output) if self._free_speed else 0.0
+        self.slopes = self._slopes_of_road(output) if self._free_speed else 0.0
         self._begins = first_rows(log.t, self.segments.starts)
         self._lasting = LastingRemainder(
             log, self.measured, model.remainder, model.remainder_shape, self.noise, coloured, self._begins
         )
-        counts = self._residuals(output).count
-        self.count = int(counts.sum())
-        self.independent = float(counts @ coloured.independent)
+        self._count(output)
         self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
 
     def motion(self, values: Values) -> FloatArray:
@@ -135,7 +132,7 @@ class Experiment:
         how long [s], how much more the car speeds up [m/s^2], and how much more its accelerometer shows [m/s^2]."""
         motion = self.motion(values)
         rest = self._residuals(motion, slopes=0.0).values
-        rolls = np.minimum(np.abs(motion[:, _V]), np.abs(filled(self.log.t, self.measured)[:, _V])) > ROLLS
+        rolls = np.minimum(np.abs(motion[:, _V]), np.abs(filled(self.log.t, self.measured)[:, _V])) > SLOWEST
         found = []
         for first, end in zip(self.segments.starts, self.segments.ends, strict=True):
             t, there = self.log.t[first:end], rolls[first:end] & np.isfinite(rest[first:end][:, (_V, _AX)]).all(axis=1)
@@ -151,8 +148,15 @@ class Experiment:
     def on_hills(self, slopes: float) -> None:
         """From now on the slope of the road, of this spread [m/s^2], is no error of the model; 0: a flat road."""
         self.slopes = slopes
+        self._count(self.motion({}))
 
-    def _told_slopes(self, output: FloatArray) -> float:
+    def _count(self, output: FloatArray) -> None:
+        """On hills, fewer samples count."""
+        counts = self._residuals(output).count
+        self.count = int(counts.sum())
+        self.independent = float(counts @ self._whitening.independent)
+
+    def _slopes_of_road(self, output: FloatArray) -> float:
         """Spread [m/s^2] of the slope of the road that is no error of the model: as the model's file tells of the
         drives that it was learnt from, or as the log tells of a model that leaves little else (`output` (n, 8))."""
         told = self.model.remainder_shape.slopes

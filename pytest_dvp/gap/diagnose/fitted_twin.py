@@ -80,7 +80,7 @@ def with_remainder(model: VehicleModel, search: Search, final: Trial, judges: Se
     shape = RemainderShape(slopes=slopes)
     if remainder:
         wanders = measured_steps([[e.reckoned(values) for e, values in group] for group in groups])
-        shape = RemainderShape(memory=measured_memory(parts, remainder), wanders=wanders, slopes=slopes)
+        shape = dataclasses.replace(shape, memory=measured_memory(parts, remainder), wanders=wanders)
     return dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
 
 

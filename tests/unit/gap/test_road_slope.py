@@ -126,6 +126,16 @@ def test_drives_that_judge_and_parts_of_drives_are_on_the_same_roads() -> None:
     assert on_same_roads(baseline(), flat) == baseline()
 
 
+def test_on_hills_as_many_samples_are_counted_as_are_judged() -> None:
+    """Of a set, the flat drive loses rows in which it is slow, too."""
+    logs = {"hills": drive(LONG, hills=0.1, wave=240.0), "flat": drive(LONG)}
+    alone = experiment_set({"flat": logs["flat"]}, baseline()).count
+    flat = experiment_set(logs, baseline()).experiments[1]
+    assert flat.count == np.isfinite(flat.residuals({}).values[:, :7]).sum() < alone
+    flat.on_hills(0.0)
+    assert flat.count == alone
+
+
 def test_on_hills_of_1_percent_a_right_model_lacks_nothing() -> None:
     found = diagnose({"log": drive(LONG, hills=0.1, wave=240.0)}, baseline())
     assert (found.verdict, found.effects) == ("NOTHING_MISSING", ())

@@ -100,3 +100,9 @@ def test_the_names_are_those_of_a_comparison() -> None:
     assert dict(CHANNEL_UNITS) == dict(UNITS)
     assert tuple(CHANNEL_UNITS) == CHANNELS
     assert REGIME_NAMES == REGIMES
+
+
+def test_a_misspelt_table_is_told_with_the_nearest_name() -> None:
+    text = f"{CAR}[remainder]\nv.cruise = 1.0\n[remainder.roads]\nslopes = 0.06\n"
+    with pytest.raises(ModelError, match=r"unknown channel or table \(found roads; .*road\); did you mean 'road'"):
+        parse_model(text, "m.toml")
