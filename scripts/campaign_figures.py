@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import itertools
 import math
 import resource
 import subprocess
@@ -63,13 +64,14 @@ def campaign(
 
 def cost() -> None:
     """Drives a CPU minute, warm, with the store's row written and no run folder."""
-    for seconds in (SECONDS, 40.0):
-        with campaign(f"{STACKS}:TenLines", seconds) as one:
+    for seconds, stack in itertools.product((SECONDS, 40.0), ("TenLines", "AllSensors")):
+        with campaign(f"{STACKS}:{stack}", seconds) as one:
             points = sample("random", one.space.axes, 62, 7)
             one.rows(points[:2], "sample")
             before = time.process_time()
             one.rows(points[2:], "sample")
-            print(f"{seconds:g} s: {60.0 * 60 / (time.process_time() - before):.0f} drives a CPU minute", flush=True)
+            rate = 60.0 * 60 / (time.process_time() - before)
+            print(f"{stack}, {seconds:g} s: {rate:.0f} drives a CPU minute", flush=True)
 
 
 def workers(repeats: int = 5, drives: int = 500) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import isfinite
 
 import numpy as np
@@ -32,12 +33,15 @@ class Twin:
     what the model's perception effects make of the road users (`vehicle.sensors.perceived`).
 
     It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
+    `reads` names the sensors that somebody reads, as `Observation` does; the others stay silent. None: all work.
     Raises ModelError if the model cannot run at this step or takes other inputs than a Command has.
     """
 
     is_real = False
 
-    def __init__(self, model: VehicleModel, sensors: SensorSuite, seed: int = 0) -> None:
+    def __init__(
+        self, model: VehicleModel, sensors: SensorSuite, seed: int = 0, reads: Collection[str] | None = None
+    ) -> None:
         if input_mode(model.inputs.longitudinal) not in (ACCELERATION, PEDALS) or model.inputs.longitudinal == (
             "motor_current",
         ):
@@ -47,7 +51,7 @@ class Twin:
                 found=" + ".join(model.inputs.longitudinal),
                 allowed="accel_cmd, throttle_cmd + brake_cmd",
             )
-        self.model, self.sensors, self.seed = model, sensors, seed
+        self.model, self.sensors, self.seed, self._reads = model, sensors, seed, reads
         self._plant = Plant(model)
         self._shows = any(a.effect.slot == "sensor" and not a.effect.is_off(a.values) for a in model.effects)
         self._description = sensors.describe(model.description())
@@ -70,7 +74,7 @@ class Twin:
         row = self._plant.row().tolist()
         self._t: float = row[0]
         self._steer = state.steer
-        self._running = self.sensors.start(row, self.seed)
+        self._running = self.sensors.start(row, self.seed, self._reads)
         self._perceived = Perceived(self.model.effects, self.seed)
 
     def give_task(self, task: Task) -> None:

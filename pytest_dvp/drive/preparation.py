@@ -37,6 +37,7 @@ from pytest_dvp.drive.prepared_run import Ready
 from pytest_dvp.drive.request import Request
 from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import as_plain, in_force
+from pytest_dvp.drive.stack_sensors import read_by
 from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError
 from pytest_dvp.drive.stop_lines import stop_lines
 from pytest_dvp.drive.target_reference import TargetReference
@@ -80,7 +81,7 @@ def prepare(request: Request) -> Ready:
     ego = find_ego(scenario, request.spec.ego)
     ads = request.ads or find_ads()
     P = in_force(ads, request.P, request.spec.stage)
-    vehicle, about, gate_log = _vehicle(request, ego)
+    vehicle, about, gate_log = _vehicle(request, ego, read_by(ads))
     try:
         parts = _Parts(scenario, network, gates, gate_folder, ego, ads, P, vehicle, about)
         return dataclasses.replace(_ready(request, parts), gate_log=gate_log, targets=_targets(request))
@@ -330,7 +331,9 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
     return {name: repr(value) for name, value in values.items() if name in declared}
 
 
-def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
+def _vehicle(
+    request: Request, ego: ScenarioObject, reads: frozenset[str] | None
+) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     if request.spec.stage != "dt":
         return _car(request, ego)
     from vehicle.model.simulator_parameters import apply_s
@@ -339,7 +342,7 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
 
     model, about = fitted_model(request.spec.model, ego, request.spec.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
-    twin: Vehicle = Twin(model, sensors, request.spec.seed)
+    twin: Vehicle = Twin(model, sensors, request.spec.seed, reads)
     gate_log = GuardLog()
     if request.spec.gated:
         from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of

@@ -106,11 +106,13 @@ class Served:
         from pytest_dvp.drive import stack_wire as wire
         from pytest_dvp.drive.stack_host import find_ads
         from pytest_dvp.drive.stack_parameters import declared
+        from pytest_dvp.drive.stack_sensors import read_by
 
         told = wire.decode(body, wire.Load)
         os.chdir(told.here)
         self._ads = find_ads(told.text, [Path(folder) for folder in told.folders], process="off", tick_limit=math.inf)
-        return wire.encode(wire.Loaded(declared(self._ads), _files()))
+        reads = read_by(self._ads)
+        return wire.encode(wire.Loaded(declared(self._ads), None if reads is None else sorted(reads), _files()))
 
     def _make(self, body: bytes) -> bytes:
         from pytest_dvp.drive import stack_wire as wire

@@ -287,12 +287,14 @@ class NamedStack:
     """The stack that `text` names; its process is started and has loaded it. Makes drivers.
 
     parameters  that it declares, with their defaults, or None
+    reads       the sensors that it declares to read, or None
     """
 
     def __init__(self, name: str, text: str, folders: Sequence[Path], limit: float = TICK_LIMIT) -> None:
         self.name, self._text, self._folders, self._limit = name, text, tuple(folders), limit
         process = self._borrowed()
         self.parameters: Own | None = process.loaded.parameters
+        self.reads: list[str] | None = process.loaded.reads
         give_back(process)
 
     def __call__(self, parameters: Any, network: RoadNetwork, description: VehicleDescription) -> ProcessDriver:

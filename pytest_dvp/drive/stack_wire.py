@@ -33,10 +33,12 @@ class Loaded(msgspec.Struct, frozen=True):
     """It is loaded.
 
     parameters  that it declares, with their defaults
+    reads       the sensors that it declares to read
     files       that were loaded for it, and time of change [ns] and size of each
     """
 
     parameters: dict[str, int | float] | None
+    reads: list[str] | None
     files: list[tuple[str, int, int]]
 
 

@@ -34,13 +34,14 @@ class FaultyStack:
 
 
 def behind(ads: Ads, fault: Fault) -> Any:
-    """A factory that makes the stack behind the fault, with the parameters that the stack declares."""
+    """A factory that makes the stack behind the fault, with the parameters and the sensors that the stack declares."""
 
     def make(parameters: Any, network: Any, description: Any) -> FaultyStack:
         given = network if fault.maps is None else fault.maps(network)
         return FaultyStack(made_by(ads, (parameters, given, description)), fault)
 
-    own = getattr(ads.factory, "parameters", None)
-    if own is not None:
-        make.parameters = own  # type: ignore[attr-defined]
+    for name in ("parameters", "reads"):
+        own = getattr(ads.factory, name, None)
+        if own is not None:
+            setattr(make, name, own)
     return make

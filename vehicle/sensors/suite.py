@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -30,6 +30,7 @@ from vehicle.sensors.imu import InertialUnit
 from vehicle.sensors.lidar import Lidar
 from vehicle.sensors.odometry import WheelOdometry
 
+SENSORS = ("gnss", "odometry", "imu", "lidar", "camera")  # those with a message of their own, as Observation has them
 TABBY_CENTER_X = 1.18  # m, rear axle to the middle of the TABBY EVO
 
 
@@ -95,25 +96,32 @@ class SensorSuite:
             found |= {"camera_width": camera.width, "camera_height": camera.height}
         return msgspec.structs.replace(car, **found)
 
-    def start(self, row: Sequence[float], seed: int) -> RunningSensors:
-        """The sensors at work from the first trace row on; each draws from a generator of its own."""
-        return RunningSensors(self, row, seed)
+    def start(self, row: Sequence[float], seed: int, reads: Collection[str] | None = None) -> RunningSensors:
+        """The sensors at work from the first trace row on; each draws from a generator of its own.
+
+        reads: names of those that somebody reads, the others stay silent; None: all. What one measures does not
+        depend on which others work.
+        """
+        return RunningSensors(self, row, seed, reads)
 
 
 class RunningSensors:
     """Sensors at work: fed with trace rows and, at each tick, with the surroundings."""
 
-    def __init__(self, suite: SensorSuite, row: Sequence[float], seed: int) -> None:
+    def __init__(
+        self, suite: SensorSuite, row: Sequence[float], seed: int, reads: Collection[str] | None = None
+    ) -> None:
         t = row[0]
-        seeds = np.random.SeedSequence(seed).spawn(5 + len(suite.further))
-        self._gnss = suite.gnss.start(t, seeds[0]) if suite.gnss else None
-        self._odometry = suite.odometry.start(t, seeds[1]) if suite.odometry else None
-        self._imu = suite.imu.start(t, seeds[2]) if suite.imu else None
-        self._lidar = suite.lidar.start(t, seeds[3]) if suite.lidar else None
-        self._camera = suite.camera.start(t, seeds[4]) if suite.camera else None
-        self._further = {
-            name: sensor.start(t, each) for (name, sensor), each in zip(suite.further.items(), seeds[5:], strict=True)
-        }
+        names = (*SENSORS, *suite.further)
+        dice = dict(zip(names, np.random.SeedSequence(seed).spawn(len(names)), strict=True))
+        if reads is not None:
+            dice = {name: each for name, each in dice.items() if name in reads}
+        self._gnss = suite.gnss.start(t, dice["gnss"]) if suite.gnss and "gnss" in dice else None
+        self._odometry = suite.odometry.start(t, dice["odometry"]) if suite.odometry and "odometry" in dice else None
+        self._imu = suite.imu.start(t, dice["imu"]) if suite.imu and "imu" in dice else None
+        self._lidar = suite.lidar.start(t, dice["lidar"]) if suite.lidar and "lidar" in dice else None
+        self._camera = suite.camera.start(t, dice["camera"]) if suite.camera and "camera" in dice else None
+        self._further = {name: each.start(t, dice[name]) for name, each in suite.further.items() if name in dice}
         self._moving = [s.measure_all for s in (self._gnss, self._odometry, self._imu) if s]
         self._row = row
         self.feed([row])
