@@ -133,13 +133,17 @@ def _trace(name: str, gains: Mapping[str, float]) -> list[str]:
 
 def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> list[str]:
     """Values farther from doing nothing than the range that is met in practice. given: values that the model has
-    already; of these the change counts, for what a car has and what is new in it may add up to more."""
+    already; of these the change counts, for what a car has and what is new in it may add up to more. Of a share that
+    the model has at nought, no change by a factor leads anywhere: there the value counts."""
     found = []
     for name, estimate in e.parameters.items():
         key = effect.key(name)
         value = estimate.value
         if name in given and isfinite(key.neutral) and isfinite(given[name]):
-            value = value / given[name] * key.neutral if key.neutral else value - given[name]
+            if not key.neutral:
+                value -= given[name]
+            elif given[name]:
+                value *= key.neutral / given[name]
         if not says_how(key) and not is_usual(key, value):
             found.append(
                 f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"

@@ -86,6 +86,9 @@ def test_a_value_outside_what_is_usual_is_told_with_the_range() -> None:
     assert len(_implausible(named("brake_limit", limit=0.9), limit, {"limit": 5.0})) == 1
     fade = find_effect("brake_fade")
     assert _implausible(named("brake_fade", k=0.01, tau=9e9), fade, {}) == []  # how, not how much
+    gain_at_nought = _implausible(named("drive_gain", g=0.8), gain, {"g": 0.0})
+    assert gain_at_nought == []  # no change by a factor leads there: the value counts
+    assert len(_implausible(named("drive_gain", g=1.3), gain, {"g": 0.0})) == 1
 
 
 def rest(**chi2: float) -> Any:
