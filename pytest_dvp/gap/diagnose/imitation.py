@@ -13,7 +13,7 @@ from math import inf, isfinite, isinf
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.beyond_remainder import APART
+from pytest_dvp.gap.diagnose.beyond_remainder import APART, EVIDENT
 from pytest_dvp.gap.diagnose.candidates import Candidate, says_how, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
@@ -22,6 +22,7 @@ from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import gram, row_products, square
 from pytest_dvp.gap.diagnose.quiet_effects import along_the_way, is_placed
 from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.vehicle_model import VehicleModel
 
 SHOWN = 25.0  # of chi^2 per square of an effect's range: with less, these drives say nothing of it
@@ -30,6 +31,9 @@ EXPECTED_AS = 4  # drives that what is to be expected counts as; chosen: 1 to 8 
 # nothing new of 24 cars. With 4, 4.2 % of all values stray farther than 4.3 times on a drive and 1.3 % than 3.0 times
 # on both; with 0 that were 7.8 and 2.8 %
 MEDIAN = 0.455  # of the square of a normal variable
+LONGEST = 0.5  # of a key's range, for a slope; chosen: half of it leaves none outside
+LONGER = 2.0  # times, at least, by which a step is lengthened; chosen: so at most seven are asked
+MARGIN = 1.2  # times the length that would do in proportion; chosen: where the error jumps it grows by the root of it
 _HALVINGS = 8  # of the range of a limit
 _RIDGE = 1e-6  # of the diagonal, for keys that cannot be told apart
 
@@ -53,15 +57,10 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
             for place in sorted({0, len(candidate.points) // 2}):
                 point = candidate.points[place]
                 here = group.whitened(point)
-                rows = []
-                for c in candidate.coordinates:
-                    u = c.to_unit(point[c.name])
-                    step = STEP if u < 0.5 else -STEP
-                    rows.append((group.whitened({**point, c.name: c.value(u + step)}) - here) / step)
-                jacobian = np.array(rows)
-                seen = [k for k in range(len(rows)) if square(jacobian[k]) > SHOWN]
+                jacobian = np.array([_slope(group, here, point, c) for c in candidate.coordinates])
+                seen = [k for k in range(len(jacobian)) if square(jacobian[k]) > SHOWN]
                 sized = [k for k in seen if not says_how(candidate.coordinates[k].key)]
-                if not sized and len(seen) < len(rows):
+                if not sized and len(seen) < len(jacobian):
                     continue
                 normal = gram(jacobian[seen])
                 normal += _RIDGE * np.diag(np.diag(normal))
@@ -73,6 +72,24 @@ def imitation(groups: Iterable[ExperimentSet], tried: Sequence[Candidate]) -> di
                     found.setdefault(c.name, []).append(float(u) * slope)
                     formal.setdefault(c.name, []).append(float(sure) * abs(slope))
     return rounded_imitation(moderated(found, formal, count))
+
+
+def _slope(group: ExperimentSet, here: FloatArray, point: Values, c: Coordinate) -> FloatArray:
+    """By what the whitened error (N,), which is `here` at `point`, changes per range of a key: over a step that is as
+    evident as an effect has to be.
+
+    Where a gear is changed or the car stops, the error jumps, and a little later if a value is a little larger. Over a
+    short step single samples make the slope: the resistance of a van with six gears seemed to be known many times as
+    well as it was.
+    """
+    u = c.to_unit(point[c.name])
+    side, step = (1.0 if u < 0.5 else -1.0), STEP
+    while True:
+        change = group.whitened({**point, c.name: c.value(u + side * step)}) - here
+        size = float(np.sqrt(square(change)))
+        if size >= EVIDENT or step >= LONGEST:
+            return np.asarray(change / (side * step))
+        step = min(step * max(MARGIN * EVIDENT / size, LONGER), LONGEST) if size > 0.0 else LONGEST
 
 
 def moderated(

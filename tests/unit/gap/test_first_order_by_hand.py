@@ -208,6 +208,57 @@ def test_keys_that_change_other_samples_imitate_each_its_own(monkeypatch: pytest
     assert found == {"g": pytest.approx([-0.6], rel=1e-5), "h": pytest.approx([0.4], rel=1e-5)}
 
 
+@pytest.mark.parametrize(
+    ("smooth", "jumps", "steps"),
+    [
+        (4000.0, 0.0, [0.006]),  # 24 standard deviations
+        (3000.0, 0.0, [0.006, 0.012]),  # 18: twice as long at least
+        (1000.0, 0.0, [0.006, 0.024]),  # 6: 1.2 times as long as would do
+        (0.0, 0.0, [0.006, 0.5]),
+        (10.0, 0.0, [0.006, 0.5]),  # 0.06, so 2.4 of the range would do
+        (100.0, 40.0, [0.006, 0.045628, 0.113056, 0.226112]),  # 3.2, 9.7 and 17.6, then 29.6
+    ],
+)
+def test_a_slope_is_taken_over_a_step_that_is_evident(
+    smooth: float, jumps: float, steps: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error that goes on in proportion in one sample, and by a root where an event comes later in others."""
+    asked: list[float] = []
+
+    def whitened(at: Mapping[str, float]) -> Any:
+        u = at.get("g", 0.0)
+        if u:
+            asked.append(u)
+        return np.array([3.0 + smooth * u, 4.0 + jumps * np.sqrt(u)])
+
+    for name in ("moderated", "rounded_imitation"):
+        monkeypatch.setattr(f"pytest_dvp.gap.diagnose.imitation.{name}", lambda found, *rest: found)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    c = SimpleNamespace(name="g", key=None, to_unit=float, value=float, slope=lambda u: 1.0)
+    group: Any = SimpleNamespace(settle=lambda values: None, whitened=whitened)
+    found: Any = imitation([group], [SimpleNamespace(coordinates=[c], points=[{"g": 0.0}])])  # type: ignore[list-item]
+    assert asked == pytest.approx(steps, rel=1e-3)
+    slope = np.array([smooth, jumps / np.sqrt(steps[-1])])
+    known = bool(slope @ slope > 25.0)
+    assert found == ({"g": [pytest.approx(-(slope @ [3.0, 4.0]) / (slope @ slope), rel=1e-3)]} if known else {})
+
+
+@pytest.mark.parametrize(("u", "side"), [(0.49, 1.0), (0.51, -1.0)])
+def test_a_slope_is_taken_towards_the_middle_of_the_range(u: float, side: float, monkeypatch: Any) -> None:
+    for name in ("moderated", "rounded_imitation"):
+        monkeypatch.setattr(f"pytest_dvp.gap.diagnose.imitation.{name}", lambda found, *rest: found)
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: False)
+    group: Any = SimpleNamespace(
+        settle=lambda values: None,
+        whitened=lambda at: np.array(
+            [5.0 + (8000.0 if side * (at.get("g", u) - u) > 0.0 else 0.0) * (at.get("g", u) - u)]
+        ),
+    )
+    c = SimpleNamespace(name="g", key=None, to_unit=float, value=float, slope=lambda u: 1.0)
+    found: Any = imitation([group], [SimpleNamespace(coordinates=[c], points=[{"g": u}])])  # type: ignore[list-item]
+    assert found == {"g": [pytest.approx(-5.0 / 8000.0, rel=1e-4)]}
+
+
 @pytest.mark.parametrize(("how", "known"), [(True, False), (False, True)])
 def test_a_key_that_only_says_how_imitates_nothing_alone(how: bool, known: bool, monkeypatch: Any) -> None:
     monkeypatch.setattr("pytest_dvp.gap.diagnose.imitation.says_how", lambda key: how)
