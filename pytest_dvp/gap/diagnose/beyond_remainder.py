@@ -102,13 +102,13 @@ def shown_by(search: Search, trial: Trial, name: str, data: ExperimentSet) -> Sh
     return Shown(alone, square(without) - square(rest), square(without - rest))
 
 
-def is_far_beyond(search: Search, trial: Trial, name: str) -> bool:
-    """True if the data fitted on show an effect FAR times as large as the twin's known remainder imitates it. What acts
-    after a standstill alone, another drive may not show."""
+def is_clear(search: Search, trial: Trial, name: str, times: float = 1.0) -> bool:
+    """True if the data fitted on show an effect that is more than `times` what the twin's known remainder imitates of
+    it on one drive. What acts after a standstill alone, another drive may not show."""
     known = search.target.experiments[0].model.remainder_shape.imitates.get(name, {})
     return (
         any(known.values())
-        and not is_imitated(search, trial, name, FAR * IMITATED)
+        and not is_imitated(search, trial, name, times * IMITATED)
         and is_evident(search, trial, name, search.target)
     )
 
@@ -170,7 +170,7 @@ def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequenc
     its pedal it does."""
     if is_evident_apart(search, trial, name, judges):
         return True
-    return is_far_beyond(search, trial, name) and not _is_contradicted(search, trial, name, judges)
+    return is_clear(search, trial, name, FAR) and not _is_contradicted(search, trial, name, judges)
 
 
 def all_show(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
-from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder, is_far_beyond, is_imitated
+from pytest_dvp.gap.diagnose.beyond_remainder import as_told, is_beyond_remainder, is_clear, is_imitated
 from pytest_dvp.gap.diagnose.changing_set import refined
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.held_out_choice import chosen
@@ -151,7 +151,7 @@ def allowed_loss(search: Search, final: Trial, name: str, level: float, fitted: 
     slight = SLIGHT
     if not search.target.excused:
         slight = SLIGHT_FAR if level > FAR else SLIGHT
-    elif is_far_beyond(search, final, name):
+    elif is_clear(search, final, name):
         slight = SLIGHT_BESIDE
     return max(ROUNDING * level, slight * fitted)
 

@@ -86,7 +86,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
     monkeypatch.setattr(veto, "is_beyond_remainder", lambda *_: False)
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
-    monkeypatch.setattr(veto, "is_far_beyond", lambda *_: False)
+    monkeypatch.setattr(veto, "is_clear", lambda *_: False)
     monkeypatch.setattr(veto, "quiet", lambda *_: None)
     monkeypatch.setattr(veto, "as_told", lambda search, trial: trial)
     monkeypatch.setattr(veto, "chosen", lambda search, found, judges: found)
@@ -122,11 +122,11 @@ def test_unless_it_is_no_larger_than_what_the_remainder_imitates(monkeypatch: py
 
 
 @pytest.mark.parametrize(("held", "kept"), [(-0.04, True), (-0.06, False)])
-def test_what_is_far_beyond_the_remainder_may_lose_a_little_where_it_hardly_acts(
+def test_what_is_clear_the_remainder_may_lose_a_little_where_it_hardly_acts(
     monkeypatch: pytest.MonkeyPatch, held: float, kept: bool
 ) -> None:
     """A steering that sticks after a standstill: seen in one drive, absent in the other; a loss of 5 % is let pass."""
-    for rule in ("is_far_beyond", "is_beyond_remainder"):
+    for rule in ("is_clear", "is_beyond_remainder"):
         monkeypatch.setattr(veto, rule, lambda search, trial, name, *_: name == "steer_sticking")
     assert judged(Found({"steer_sticking": 1.0}, {"steer_sticking": held})) == (("steer_sticking",) if kept else ())
     assert judged(Found({"steer_sticking": 0.3}, {"steer_sticking": 0.0})) == ("steer_sticking",)

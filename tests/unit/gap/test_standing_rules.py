@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import standing as module
-from pytest_dvp.gap.diagnose.beyond_remainder import is_beyond_remainder, is_evident, is_evident_apart, is_far_beyond
+from pytest_dvp.gap.diagnose.beyond_remainder import FAR, is_beyond_remainder, is_clear, is_evident, is_evident_apart
 from pytest_dvp.gap.diagnose.candidates import is_usual
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
@@ -246,7 +246,7 @@ def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, f
     world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
     world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
     search = a_search(world, "drive_gain")
-    assert is_far_beyond(search, ALONE, "drive_gain") is far
+    assert is_clear(search, ALONE, "drive_gain", FAR) is far
     quiet_town = (Fold(None, World({DRIVE: direction(0)}, {DRIVE: 0.9})),)  # type: ignore[arg-type]
     assert is_beyond_remainder(search, ALONE, "drive_gain", quiet_town) is far
     telling = (Fold(None, world),)  # type: ignore[arg-type]
@@ -261,7 +261,7 @@ def test_data_held_out_must_ask_for_three_quarters_of_the_size(there: float, tol
     town = (Fold(None, World({DRIVE: 1000.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
     assert is_evident_apart(search, ALONE, "drive_gain", town) is told
     world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": 0.0046}})
-    assert is_far_beyond(search, ALONE, "drive_gain")
+    assert is_clear(search, ALONE, "drive_gain", FAR)
     assert is_beyond_remainder(search, ALONE, "drive_gain", town) is told
     parts = (Fold(world, town[0].judge),)  # a part of the drive is no other drive
     assert is_beyond_remainder(search, ALONE, "drive_gain", parts) is True

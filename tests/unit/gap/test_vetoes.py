@@ -281,7 +281,7 @@ def test_what_is_no_zero_is_not_judged_by_a_set_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("excused", "far", "level", "fitted", "loss"),
+    ("excused", "clear", "level", "fitted", "loss"),
     [
         (False, False, 1.0, 1.0, 0.01),
         (False, False, 2.0, 1.0, 0.01),
@@ -294,9 +294,9 @@ def test_what_is_no_zero_is_not_judged_by_a_set_up() -> None:
     ],
 )
 def test_how_much_an_effect_may_lose(
-    monkeypatch: pytest.MonkeyPatch, excused: bool, far: bool, level: float, fitted: float, loss: float
+    monkeypatch: pytest.MonkeyPatch, excused: bool, clear: bool, level: float, fitted: float, loss: float
 ) -> None:
-    monkeypatch.setattr(veto, "is_far_beyond", lambda search, final, name: far)
+    monkeypatch.setattr(veto, "is_clear", lambda search, final, name: clear)
     search: Any = SimpleNamespace(target=SimpleNamespace(excused=excused))
     assert allowed_loss(search, SimpleNamespace(), "mass", level, fitted) == pytest.approx(loss)
 
