@@ -42,14 +42,15 @@ Point: TypeAlias = dict[tuple[str, str], float]
 class Candidate:
     """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on.
 
-    coarse: fewer of them, for when the model is nearly right and the fit finds the rest. detail: tried only where
-    nothing plainer pays.
+    coarse: fewer of them, for when the model is nearly right and the fit finds the rest. own: what the model has of
+    it already, from where it may change; {} if it lacks it. detail: tried only where nothing plainer pays.
     """
 
     effect: Effect
     coordinates: tuple[Coordinate, ...]
     points: tuple[Point, ...]
     coarse: tuple[Point, ...]
+    own: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -66,8 +67,15 @@ class Candidate:
         return other.name in self.effect.ties or self.name in other.effect.ties
 
     def weaker(self, point: Point, share: float) -> list[Point]:
-        """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
+        """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit). Of an
+        effect that the model has, that share of the way from there to the point."""
         found = dict(point)
+        if self.own:
+            for c in sizes(self.coordinates):
+                if not isfinite(self.own[c.name]):
+                    return []
+                found[c.name] = self.own[c.name] + share * (point[c.name] - self.own[c.name])
+            return [found]
         for c in self.coordinates:
             if says_how(c.key):
                 continue
@@ -88,7 +96,7 @@ def candidates(
     tries them at its end only: they can do what many others do, which would make it slower and less sure.
     """
     places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
-    present = {a.name for a in model.effects}
+    present = {a.name: {(a.name, key): value for key, value in a.values.items()} for a in model.effects}
     groups = {a.effect.diagnosed.needs for a in model.effects}
     scales = {c.key.name for c in input_map(model)[0]}
     found = []
@@ -112,9 +120,9 @@ def candidates(
         fine, coarse = (
             (tried.grid_points,) if tried.grid_points else each for each in ((_LIMITS,) if limit else _FINE, _COARSE)
         )
-        found.append(
-            Candidate(effect, coordinates, *(_points(coordinates, n, mounts, dict(tried.grid)) for n in (fine, coarse)))
-        )
+        own, grid = present.get(effect.name, {}), dict(tried.grid)
+        points, few = (_points(coordinates, n, mounts, grid, own) for n in (fine, coarse))
+        found.append(Candidate(effect, coordinates, points, few, own))
     return tuple(found)
 
 
@@ -128,10 +136,11 @@ def _points(
     counts: tuple[int, ...],
     places: tuple[float, ...],
     grid: Mapping[str, tuple[float, ...]],
+    own: Mapping[tuple[str, str], float],
 ) -> tuple[Point, ...]:
     count = counts[min(len(coordinates), len(counts)) - 1]
     names = [c.name for c in coordinates]
-    lines = (grid.get(c.key.name) or _line(c, count) for c in coordinates)
+    lines = (grid.get(c.key.name) or _line(c, count, own.get(c.name, inf)) for c in coordinates)
     points: list[Point] = [dict(zip(names, values, strict=True)) for values in itertools.product(*lines)]
     points.sort(key=lambda p: -sum(_strength(c, p[c.name]) for c in coordinates))
     if places:
@@ -139,10 +148,11 @@ def _points(
     return tuple(points)
 
 
-def _line(c: Coordinate, count: int) -> list[float]:
-    """Values spread over the range without the neutral one."""
+def _line(c: Coordinate, count: int, own: float) -> list[float]:
+    """Values spread over the range without the neutral one; of a key that only a fit finds, the model's own, if it has
+    one (finite)."""
     if is_finer(c.key):
-        return [c.key.neutral]
+        return [own if isfinite(own) else c.key.neutral]
     if c.key.name == "heading":  # the slope has both signs, so half the way round is all round
         return [np.pi * k / count for k in range(count)]
     if c.key.neutral <= c.key.low or isinf(c.key.neutral):

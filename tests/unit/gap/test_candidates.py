@@ -132,6 +132,33 @@ def test_a_weaker_point_is_nearer_to_neutral_and_a_limit_has_none() -> None:
     assert limit.weaker({("brake_limit", "limit"): 2.0}, 0.25) == []
 
 
+def having(**effects: dict[str, float]) -> VehicleModel:
+    model = baseline()
+    for name, values in effects.items():
+        model = model.with_effect(name, values)
+    return model
+
+
+def test_what_a_model_has_is_changed_from_there() -> None:
+    """A quarter of the way from 0.9 to 1.2, from a limit of 6 to one of 2, from a lag of 0.13 s to one of 0.33 s."""
+    model = having(steer_ratio={"g": 0.9}, brake_limit={"limit": 6.0}, drive_lag={"tau": 0.13, "brakes": 0.3})
+    ratio, limit, lag = (tried(model)[name] for name in ("steer_ratio", "brake_limit", "drive_lag"))
+    assert ratio.weaker({("steer_ratio", "g"): 1.2}, 0.25) == [{("steer_ratio", "g"): pytest.approx(0.975)}]
+    assert limit.weaker({("brake_limit", "limit"): 2.0}, 0.25) == [{("brake_limit", "limit"): pytest.approx(5.0)}]
+    (less,) = lag.weaker({("drive_lag", "tau"): 0.33, ("drive_lag", "brakes"): 0.3}, 0.25)
+    assert less == {("drive_lag", "tau"): pytest.approx(0.18), ("drive_lag", "brakes"): pytest.approx(0.3)}
+    assert tried(having(brake_limit={}))["brake_limit"].weaker({("brake_limit", "limit"): 2.0}, 0.25) == []
+
+
+def test_what_only_a_fit_finds_of_what_a_model_has_begins_as_it_is() -> None:
+    """A lag that acts on a third of the braking: with one that acts on all of it, no other lag does better."""
+    had = tried(having(drive_lag={"tau": 0.13, "brakes": 0.3}))["drive_lag"]
+    for points in (had.points, had.coarse):
+        assert {point["drive_lag", "brakes"] for point in points} == {0.3}
+        assert len({point["drive_lag", "tau"] for point in points}) > 1
+    assert {point["drive_lag", "brakes"] for point in tried()["drive_lag"].points} == {1.0}
+
+
 def test_how_an_effect_acts_does_not_weaken_with_how_much() -> None:
     (point,) = tried()["road_grade"].weaker({("road_grade", "slope"): 0.04, ("road_grade", "heading"): 1.0}, 0.5)
     assert point == {("road_grade", "slope"): pytest.approx(0.02), ("road_grade", "heading"): 1.0}
