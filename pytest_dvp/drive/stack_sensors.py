@@ -6,7 +6,7 @@ On stage dt the others are then not simulated, which saves their time. A stack w
 from __future__ import annotations
 
 from pytest_dvp.drive.chosen_stack import Ads
-from pytest_dvp.drive.stack_faults import AdsError
+from pytest_dvp.drive.stack_faults import AdsError, what
 from pytest_dvp.text.spelling import unknown
 
 
@@ -18,8 +18,13 @@ def read_by(ads: Ads) -> frozenset[str] | None:
     found = getattr(ads.factory, "reads", None)
     if isinstance(found, str):
         raise AdsError(f"ADS {ads.name}: reads: found {found!r}, expected names in a tuple: ({found!r},)")
-    if not isinstance(found, tuple | list | set | frozenset) or not all(isinstance(name, str) for name in found):
+    if not isinstance(found, tuple | list | set | frozenset):
         return None  # a method, a number, an object of its own: means another thing
+    wrong = [each for each in found if not isinstance(each, str)]
+    if wrong and len(wrong) == len(found):
+        return None  # numbers or objects, and no names
+    if wrong:
+        raise AdsError(f"ADS {ads.name}: reads: found {what(wrong[0])} among the names, expected names of sensors")
     from vehicle.sensors.further import further_sensors
     from vehicle.sensors.suite import SENSORS
 

@@ -32,7 +32,7 @@ EXPECTED_AS = 4  # drives that what is to be expected counts as; chosen: 1 to 8 
 # on both; with 0 that were 7.8 and 2.8 %
 MEDIAN = 0.455  # of the square of a normal variable
 LONGEST = 0.5  # of a key's range, for a slope; chosen: half of it leaves none outside
-LONGER = 2.0  # times, at least, by which a step is lengthened; chosen: so at most seven are asked
+LONGER = 2.0  # times, at least, by which a step is lengthened; chosen: so at most eight are asked
 MARGIN = 1.2  # times the length that would do in proportion; chosen: where the error jumps it grows by the root of it
 _HALVINGS = 8  # of the range of a limit
 _RIDGE = 1e-6  # of the diagonal, for keys that cannot be told apart

@@ -90,6 +90,11 @@ def test_one_name_without_a_tuple_is_told() -> None:
         read_by(declaring("gnss"))
 
 
+def test_a_name_beside_what_is_none_is_told() -> None:
+    with pytest.raises(AdsError, match=r"reads: found 3 \(int\) among the names, expected names of sensors"):
+        read_by(declaring(("gnss", 3)))
+
+
 @pytest.mark.parametrize("reads", [None, 3, property(lambda _: ()), lambda self: (), (1, 2), {"gnss": 1}])
 def test_an_attribute_that_means_another_thing_declares_nothing(reads: Any) -> None:
     assert read_by(declaring(reads)) is None
