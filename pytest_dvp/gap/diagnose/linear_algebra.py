@@ -22,11 +22,7 @@ def square(r: FloatArray) -> float:
 def row_products(rows: FloatArray, r: FloatArray) -> FloatArray:
     """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
     found = np.zeros(len(rows))
-    for k in range(len(rows)):
-        total = 0.0
-        for i in range(len(r)):
-            total += rows[k, i] * r[i]
-        found[k] = total
+    _fill_products(rows, r, len(rows), found)
     return found
 
 
@@ -36,12 +32,38 @@ def gram(rows: FloatArray) -> FloatArray:
     p = len(rows)
     found = np.zeros((p, p))
     for j in range(p):
-        for k in range(j + 1):
-            total = 0.0
-            for i in range(rows.shape[1]):
-                total += rows[j, i] * rows[k, i]
-            found[j, k] = found[k, j] = total
+        _fill_products(rows, rows[j], j + 1, found[j])
+    for j in range(p):
+        for k in range(j):
+            found[k, j] = found[j, k]
     return found
+
+
+@compiled
+def _fill_products(rows: FloatArray, r: FloatArray, count: int, found: FloatArray) -> None:
+    """Fill found (>= count,) with the scalar products of r (N,) with the first `count` of rows (p, N).
+
+    Six rows at a time: a sum has to wait for its last term, and the others go on meanwhile. Each is still added up in
+    the order of its columns, so the same numbers come out as by one after the other.
+    """
+    k = 0
+    while k + 6 <= count:
+        a, b, c, d, e, f = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(len(r)):
+            x = r[i]
+            a += rows[k, i] * x
+            b += rows[k + 1, i] * x
+            c += rows[k + 2, i] * x
+            d += rows[k + 3, i] * x
+            e += rows[k + 4, i] * x
+            f += rows[k + 5, i] * x
+        found[k], found[k + 1], found[k + 2], found[k + 3], found[k + 4], found[k + 5] = a, b, c, d, e, f
+        k += 6
+    for one in range(k, count):
+        total = 0.0
+        for i in range(len(r)):
+            total += rows[one, i] * r[i]
+        found[one] = total
 
 
 @compiled
