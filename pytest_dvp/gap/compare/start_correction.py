@@ -147,20 +147,29 @@ def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: 
             w = weight[k] * weight[k]
             if k == 5 or not w > 0.0 or not np.isfinite(e) or (not rolls[i] and (k < 2 or k == 3)):
                 continue
-            d[:3] = 0.0
+            turn = 0.0  # what 1 rad more at the start has done
             if k < 2:
-                d[k] = 1.0
-                d[2] = y0 - o[1] if k == 0 else o[0] - x0  # what 1 rad more at the start has done
+                turn = y0 - o[1] if k == 0 else o[0] - x0
             elif k == 2:
                 e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
-                d[2] = 1.0
+                turn = 1.0
             for one in range(1 + len(given)):
                 d[3 + one] = reach[i, k, one] if k < 5 else 2.0 * o[4] * reach[i, 3, one]
             for one in range(n, 4 + len(given)):
                 e -= d[one] * given[one - 4]
-            for r in range(k if k < 2 else 2 if k == 2 else 3, n):
+            if k < 2:
+                b[k] += w * e
+                a[k, k] += w
+                a[k, 2] += w * turn
+            if turn != 0.0:
+                b[2] += w * turn * e
+                a[2, 2] += w * turn * turn
+            for r in range(3, n):
+                if k < 2:
+                    a[k, r] += w * d[r]
                 if d[r] != 0.0:
                     b[r] += w * d[r] * e
+                    a[2, r] += w * turn * d[r]
                     for q in range(r, n):
                         a[r, q] += w * d[r] * d[q]
     if len(given):
