@@ -82,23 +82,23 @@ def lent() -> Fit:
     ("levels", "given", "calls"),
     [
         # a round that gains goes on with what was seen; one that does not has derivatives taken anew once
-        ([100.0, 50.0, 49.5], {}, [("derive", [0]), 5, "update", 2, "derive", 5, "valley"]),
-        ([100.0, 99.0, 98.5], {}, [("derive", [0]), 5, "update", 2, "derive", 5, "valley"]),  # just enough is enough
+        ([100.0, 50.0, 49.5], {}, [("derive", [0]), 5, "update", 4, ("derive", [0]), 5, "valley"]),
+        ([100.0, 99.0, 98.5], {}, [("derive", [0]), 5, "update", 4, ("derive", [0]), 5, "valley"]),  # just enough
         ([100.0, 99.1], {}, [("derive", [0]), 5, "valley"]),
         ([100.0, 50.0, 49.5], {"zoom": True},
-         [("derive", [0]), 5, "update", 2, "derive", 5, "valley", "zoom", "derive"]),
+         [("derive", [0]), 5, "update", 4, ("derive", [0]), 5, "valley", "zoom", "derive"]),
         # lent derivatives are not fresh
-        ([100.0, 99.5], {"known": lent()}, [("derive", []), 2, "derive", 5, "valley"]),
+        ([100.0, 99.5], {"known": lent()}, [("derive", []), 4, ("derive", [0]), 5, "valley"]),
         # far from what is asked for it may stay rough
-        ([100.0, 99.5], {"known": lent(), "above": 99.0}, [("derive", []), 2]),
-        ([100.0, 99.5], {"known": lent(), "above": 99.5}, [("derive", []), 2, "derive", 5, "valley"]),
+        ([100.0, 99.5], {"known": lent(), "above": 99.0}, [("derive", []), 4]),
+        ([100.0, 99.5], {"known": lent(), "above": 99.5}, [("derive", []), 4, ("derive", [0]), 5, "valley"]),
         ([100.0, 99.5], {"above": 99.0}, [("derive", [0]), 5]),
         # dead times are moved where no derivative leads on
         ([100.0, 99.5], {"dead_time": 0.1}, [("derive", [0]), 5, "jump", "valley"]),
         ([100.0, 99.5], {"dead_time": 0.1, "above": 99.0}, [("derive", [0]), 5]),
-        # three times as many rounds as it says
-        ([100.0, 90.0, 80.0, 70.0, 60.0, 50.0], {"rounds": 1}, [("derive", [0]), 5, "update", 2, "update", 2, "update",
-                                                               "valley"]),
+        # six times as many rounds as it says
+        ([100.0, 90.0, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0], {"rounds": 1},
+         [("derive", [0]), 5, "update", *[4, "update"] * 5, "valley"]),
     ],
 )  # fmt: skip
 def test_a_fit_goes_on_while_it_gains_and_looks_twice_before_it_ends(
@@ -107,6 +107,28 @@ def test_a_fit_goes_on_while_it_gains_and_looks_twice_before_it_ends(
     course = Course(monkeypatch, levels)
     course.run(**given)
     assert course.calls == calls
+
+
+def test_half_of_the_derivatives_are_taken_anew_those_first_whose_values_have_moved_most(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Five values, of which the fourth moves most and the first next; a half of five is three."""
+    every = tuple(coordinate(name) for name in "abcde")
+    course = Course(monkeypatch, [100.0, 50.0, 49.5, 49.4, 49.3])
+    away = np.array([0.02, 0.0, 0.01, 0.05, 0.0])
+    improve = course._improve
+
+    def moved(coordinates: Any, residual: Any, jacobian: Any, u: Any, *more: Any) -> Any:
+        return (u + away, *improve(coordinates, residual, jacobian, u, *more)[1:])
+
+    monkeypatch.setattr(module, "_improve", moved)
+    fit(course.target, every, {one.name: 0.5 for one in every}, stop=Stop(enough=1.0))
+    derived = [("derive", [0, 1, 2, 3, 4]), 5, "update", 4, ("derive", [3, 0, 2]), 4, ("derive", [1, 4]), 5, "valley"]
+    assert course.calls == derived
+    some = Fit(every[1:3], {one.name: 0.5 for one in every[1:3]}, np.zeros(1), 0.0, np.ones((2, 1)))
+    course = Course(monkeypatch, [100.0, 99.5])  # two are lent: only these are of another place
+    fit(course.target, every, {one.name: 0.5 for one in every}, stop=Stop(enough=1.0), known=some)
+    assert course.calls == [("derive", [0, 3, 4]), 4, ("derive", [1, 2]), 5, "valley"]
 
 
 def test_a_jump_that_gains_is_followed_by_another_round(monkeypatch: pytest.MonkeyPatch) -> None:
