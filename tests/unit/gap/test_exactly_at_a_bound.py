@@ -108,7 +108,7 @@ class Given(Search):
 
     less: dict[str, float]
 
-    def _fitted_without(self, best: Trial, name: str, above: float = np.inf) -> Trial:
+    def _fitted_without(self, best: Trial, name: str, above: float = np.inf, rough: float = 0.0) -> Trial:
         self.asked = [*getattr(self, "asked", []), (name, above)]
         return a_trial(self.less[name], *(n for n in best.names if n != name))
 

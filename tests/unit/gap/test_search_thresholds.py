@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose import search as module
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, Stop
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Ranked, Search
 from pytest_dvp.gap.diagnose.simpler_effects import is_simpler
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -287,9 +288,11 @@ class Fitted(Search):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.fits: list[tuple[str, float]] = []
+        self.rough: list[float] = []
 
     def trial(self, names: Collection[str], start: object, **options: Any) -> Trial:  # type: ignore[override]
         self.fits.append((list(names)[-1], options["above"]))
+        self.rough.append(options["rough"])
         return left(800.0, *names)
 
 
@@ -300,6 +303,26 @@ def test_six_candidates_of_a_round_are_fitted_and_the_hopeless_ones_roughly() ->
     assert len(s.fits) == 6
     assert s.fits[0][1] == inf
     assert [above for _, above in s.fits[1:]] == pytest.approx([800.0 + 0.1 * COUNT] * 5)
+    assert s.rough == [0.005] * 6  # the one that is taken is fitted again
+
+
+@pytest.mark.parametrize(("left_of_like", "enough"), [(9.0, 0.04), (1.001, 2e-4), (0.5, 2e-4)])
+def test_a_rough_fit_ends_where_a_round_gains_little_of_what_is_beyond_the_noise(
+    left_of_like: float, enough: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 8 times the noise beyond it, half a percent; where nearly nothing is, as any fit."""
+    stops: list[Stop] = []
+
+    def fit(target: object, coordinates: object, start: object, *, stop: Stop, **more: object) -> object:
+        stops.append(stop)
+        raise StopIteration
+
+    monkeypatch.setattr(module, "fit", fit)
+    s = Search(Samples(v=3.0), ())  # type: ignore[arg-type]
+    for rough in (0.005, 0.0):
+        with pytest.raises(StopIteration):
+            s.trial((), {}, like=left(left_of_like * COUNT), rough=rough)
+    assert [stop.enough / COUNT for stop in stops] == pytest.approx([enough, 2e-4])
 
 
 @pytest.mark.parametrize(("change", "hidden"), [(0.049, ("drive_gain",)), (0.051, ())])
