@@ -180,8 +180,10 @@ def test_a_dead_time_is_as_unsure_as_nothing_changes(steep: float, reach: tuple[
 def test_a_dead_time_ends_at_nothing_and_each_side_counts_by_itself() -> None:
     late = coordinate("T", dead_time=0.1)
     short = Fit((late,), {late.name: 0.005}, np.zeros(1), 0.0, np.zeros((1, 1)))
+    asked: list[float] = []
 
     def whitened(given: Any) -> Any:
+        asked.append(given[late.name])
         return np.array([1e9 * max(given[late.name] - 0.005, 0.0)])  # later is seen, earlier not
 
     bounded = dataclasses.replace(late, key=dataclasses.replace(late.key, minimum=0.0))
@@ -189,6 +191,7 @@ def test_a_dead_time_ends_at_nothing_and_each_side_counts_by_itself() -> None:
     target: Any = SimpleNamespace(whitened=whitened, sample=0.02)
     (ends,) = widen_dead_times(target, short, {late.name: 0.005}, {late.name: (0.004, 0.006)}).values()
     assert ends == pytest.approx((0.0, 0.007))
+    assert min(asked) == 0.0  # a model cannot answer before it is asked
 
 
 @pytest.mark.parametrize("parts", [2, 4, 10])

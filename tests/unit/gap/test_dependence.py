@@ -238,6 +238,13 @@ def test_windows_last_a_second_within_their_segment_and_go_on_from_log_to_log() 
     assert series["place"] == pytest.approx([cells[(a + b) // 2] for a, b in rows])
 
 
+@pytest.mark.parametrize("step", [0.25, 0.6])
+def test_of_a_few_samples_a_second_a_speed_is_smoothed_over_its_two_neighbours(step: float) -> None:
+    v = np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+    found = _quantities(an_experiment(step * np.arange(6), [0, 6], v=v))
+    assert found["speed"] == pytest.approx([0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+
+
 def test_what_may_change_a_value_is_told_at_each_stamp() -> None:
     """A car that speeds up by 2 m/s^2 for 10 s and brakes by 4: energies per mass are half the squares of the speed."""
     t = 3.0 + 0.05 * np.arange(301)

@@ -341,6 +341,7 @@ def test_a_car_of_another_size_is_told_by_a_hundred_gentle_turns(monkeypatch: py
     assert turning(monkeypatch, 99, steer=np.full(99, steer)) == ""
     small = math.atan(1.0 / 32.0)
     assert "of 1 m" in turning(monkeypatch, steer=np.full(100, small))
+    assert turning(monkeypatch, steer=np.full(100, steer), yaw_rate=np.zeros(100)) == ""  # it does not turn at all
     for wheelbase in (1.3, 2.5, 4.9):
         assert turning(monkeypatch, steer=np.full(100, math.atan(wheelbase / 32.0))) == ""
     assert turning(monkeypatch, steer=np.full(100, -steer)) == ""  # the other way: no size at all

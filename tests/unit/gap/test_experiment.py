@@ -181,3 +181,14 @@ def test_a_turn_does_not_count_just_after_a_start_amid_its_change(change: float,
     if settles:
         assert set(np.flatnonzero(gone[:, 4])) == set(np.flatnonzero(gone[:, 6])) == set(range(250, 260))
     assert np.isfinite(measured).all()  # the log itself is left as it is
+
+
+@pytest.mark.parametrize(("known", "settles"), [(3, True), (2, False)])
+def test_two_rows_around_a_start_say_nothing_of_a_change(known: int, settles: bool) -> None:
+    """At 0.15 s a row there are three within 0.2 s, and here the yaw rate of one of them is not known."""
+    t = 0.15 * np.arange(40)
+    measured = np.ones((len(t), 8))
+    measured[:, 4] = 0.5 * t
+    measured[19, 4] = measured[19, 4] if known == 3 else np.nan
+    found = _without_settling(measured, t, np.array([0, 20]))
+    assert np.isnan(found[20:, 4]).sum() == (2 if settles else 0)  # at 0 and 0.15 s

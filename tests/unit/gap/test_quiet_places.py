@@ -46,6 +46,13 @@ def test_rows_without_a_position_have_no_place() -> None:
     assert {p["road_profile", "x"] for p in along_the_way(searched(x, x), HILL)} == {0.0, 40.0}  # type: ignore[arg-type]
 
 
+def test_the_place_at_the_origin_is_nought_without_a_sign() -> None:
+    """A way 5 m left of the axis of a map, and 5 m right of it, passes the same place."""
+    for beside in (-5.0, 5.0):
+        points = along_the_way(searched(np.full(3, beside), np.full(3, beside)), HILL)  # type: ignore[arg-type]
+        assert {str(p["road_profile", key]) for p in points for key in "xy"} == {"0.0"}
+
+
 def test_only_what_lies_at_a_placeis_placed() -> None:
     placed = [c.name for c in candidates(MODEL, catalogue().values(), refined=True) if is_placed(c)]
     assert placed == ["road_profile"]

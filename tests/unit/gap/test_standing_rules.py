@@ -62,7 +62,8 @@ def key(low: float, high: float, neutral: float) -> Key:
      (key(0.5, 1.5, 1.0), 1.501, False), (key(0.5, 1.5, 0.0), 0.1, True), (key(0.5, 1.5, 0.0), 1.501, False),
      (key(0.5, 1.5, 0.5), -9.0, True), (key(0.5, 1.5, 2.0), 9.0, True), (key(0.5, 1.5, 2.0), 0.499, False),
      (key(0.5, 1.5, 1.5), 9.0, True), (key(0.5, 1.5, inf), 99.0, True), (key(0.5, 1.5, inf), 0.499, False),
-     (key(0.5, 1.5, inf), 0.5 - 9e-7, True), (key(0.5, 1.5, 1.0), 0.5 - 1.1e-6, False)],
+     (key(0.5, 1.5, inf), 0.5 - 9e-7, True), (key(0.5, 1.5, 1.0), 0.5 - 1.1e-6, False),
+     (key(0.0, 100.0, 50.0), -9e-5, True), (key(0.0, 100.0, 50.0), -1.1e-4, False)],  # rounding: of the range
 )  # fmt: skip
 def test_a_value_is_plausible_between_nothing_and_the_far_end_of_its_range(
     of: Key, value: float, plausible: bool
@@ -143,6 +144,8 @@ def test_it_acts_on_a_channel_in_which_it_makes_a_tenth_of_its_change(share: flo
     assert _Left(none, none.final).doubts("x") == []  # type: ignore[arg-type]
     both = Leaving(rest(v=300.0, yaw=300.0), rest(v=400.0, yaw=400.0))
     assert _Left(both, both.final).doubts("x") == ["much is left over in yaw, v, on which it acts"]  # type: ignore[arg-type]
+    loses = Leaving(rest(v=100.0, yaw=300.0, ax=105.0), rest(v=110.0, yaw=301.05, ax=100.0))  # 1.05 of 11.05
+    assert _Left(loses, loses.final).doubts("x") == []  # type: ignore[arg-type]
 
 
 class Without(Search):
