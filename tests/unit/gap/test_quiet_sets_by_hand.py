@@ -37,20 +37,21 @@ def town(does: Any, hidden: Any) -> tuple[Fold, ...]:
 
 
 @pytest.mark.parametrize(
-    ("there", "told"),
+    ("here", "there", "told"),
     [
-        ({RATIO: 0.0, BRAKE: 250.0}, "brake_gain"),  # the ratio, which gains more here, does nothing in town
-        ({RATIO: 110.0, BRAKE: 250.0}, "brake_gain"),  # 30^2 + 11^2 is less than 25^2 + 25^2
-        ({RATIO: 210.0, BRAKE: 250.0}, "steer_ratio"),  # 30^2 + 21^2 is more
+        (400.0, 0.0, "brake_gain"),  # the ratio, which gains more in all, 40^2, does nothing in town
+        (300.0, 110.0, "brake_gain"),  # 30^2 + 11^2 is less than 25^2 + 25^2
+        (300.0, 210.0, "steer_ratio"),  # 30^2 + 21^2 is more
     ],
 )
-def test_beside_a_named_effect_the_new_one_is_what_all_drives_gain_most_by(there: Any, told: str) -> None:
-    does = {DRIVE: 500.0 * direction(0), RATIO: 300.0 * direction(1), BRAKE: 250.0 * direction(2)}
+def test_beside_a_named_effect_the_new_one_is_what_all_drives_gain_most_by(
+    here: float, there: float, told: str
+) -> None:
+    does = {DRIVE: 500.0 * direction(0), RATIO: here * direction(1), BRAKE: 250.0 * direction(2)}
     true = {DRIVE: 0.9, RATIO: 0.9, BRAKE: 0.9}
     search = a_search(hidden_by_size(does, true), "drive_gain", "steer_ratio", "brake_gain")
     base = search.trial(("drive_gain",), {DRIVE: 0.95})
-    apart = {key: row / np.linalg.norm(row) * there.get(key, 500.0) for key, row in does.items()}
-    found = quiet(search, base, town(apart, true))
+    found = quiet(search, base, town(does | {RATIO: there * direction(1)}, true))
     assert (found and found.names) == ("drive_gain", told)
 
 
