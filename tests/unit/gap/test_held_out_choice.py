@@ -57,6 +57,20 @@ def test_a_rival_that_held_out_data_clearly_prefer_takes_the_place(gain: float, 
     assert search.said == ([f"held-out data choose {RIVAL} in place of {LATE}"] if taken else [])
 
 
+def test_of_two_rivals_the_one_that_held_out_data_prefer_takes_the_place() -> None:
+    found = after(Found(held(10.0, 8.0)), (RIVAL, "mass"))
+    assert (found.final.names, found.rivals) == (("mass",), {"mass": (LATE, RIVAL)})
+
+
+@pytest.mark.parametrize(("vague", "told"), [("understeer", RIVAL), (RIVAL, LATE)])
+def test_it_is_the_rival_whose_value_must_mean_something(vague: str, told: str) -> None:
+    search = Found({f"understeer {LATE}": 10.0, f"{RIVAL} understeer": 5.0})
+    search.vague = (vague,)
+    names = ("understeer", LATE)
+    begin = SearchResult(search.trial(names), {"understeer": (), LATE: (RIVAL,)}, ())  # type: ignore[arg-type]
+    assert chosen(search, begin, (judge(),)).final.names == ("understeer", told)  # type: ignore[arg-type]
+
+
 def test_what_pays_beside_it_comes_with_it() -> None:
     search = Found(held(10.0, 5.0))
     search.more = ("understeer",)

@@ -98,6 +98,10 @@ def test_one_that_fits_less_well_in_its_place_is_asked_too_unless_it_went_before
     back.held |= {" ".join(sorted((BAND, "mass"))): 3.0, HILL: 5.9, f"{HILL} {TRUE}": 1.0}
     back.instead = (TRUE, BAND)
     assert BAND not in after(back, [BAND]).final.names
+    held = {f"mass {BAND}": 10.0, "mass": 10.0, BAND: 20.0, f"mass {TRUE}": 6.0, TRUE: 6.1, f"{BAND} {TRUE}": 1.0}
+    two = Sets({" ".join(sorted(names.split())): left for names, left in held.items()}, {})
+    two.instead = (TRUE, BAND)  # nor may it come in the place of another one, once that is hardly needed
+    assert after(two, ["mass", BAND]).final.names == ("mass", TRUE)
 
 
 def test_however_many_effects_there_are_some_may_come() -> None:
@@ -138,6 +142,7 @@ def test_no_more_is_tried_than_is_worth_the_time() -> None:
 def test_near_the_noise_beside_a_known_remainder_and_without_other_data_nothing_is_done() -> None:
     held, following = {BAND: 10.0, "": 10.0, TRUE: 5.0}, {"": TRUE}
     assert after(Sets(held, following, level=1.01 * FAR), [BAND]).final.names == (TRUE,)
+    assert after(Sets(held, following, level=FAR), [BAND]).final.names == (TRUE,)
     assert after(Sets(held, following, level=0.99 * FAR), [BAND]).final.names == (BAND,)
     assert after(Sets(held, following, excused=True), [BAND]).final.names == (BAND,)
     assert after(Sets(held, following), [BAND], judges=0).final.names == (BAND,)
@@ -176,6 +181,14 @@ def test_beside_what_nearly_every_car_has_held_out_data_choose_the_next_effect(b
     search.bare = bare
     search.offers = (HILL, TRUE)
     assert after(search, [BAND]).final.names == ((BAND, TRUE, HILL) if bare else (BAND, HILL, TRUE))
+
+
+def test_there_the_next_effect_is_one_of_the_three_that_pay_most() -> None:
+    held = {"mass": 9.9, "gyro_bias": 9.8, HILL: 9.7, TRUE: 5.0, f"{HILL} {TRUE}": 4.0}
+    search = Sets({" ".join(sorted((BAND, *names.split()))): left for names, left in held.items()} | {BAND: 10.0}, {})
+    search.bare = True
+    search.offers = ("mass", "gyro_bias", HILL, TRUE)
+    assert after(search, [BAND]).final.names == (BAND, HILL, TRUE)
 
 
 def test_it_ends_near_the_noise_and_with_as_many_effects_as_one_can_look_at() -> None:
