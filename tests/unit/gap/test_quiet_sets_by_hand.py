@@ -1,4 +1,4 @@
-"""Sets to which an effect is added that a known remainder hides by its size, and what the others of a set make up for."""
+"""Effects that are added to a set because a known remainder hides them by their size, and what they make up for."""
 
 from __future__ import annotations
 
@@ -81,12 +81,17 @@ def test_no_more_than_six_effects_are_fitted_and_those_that_the_remainder_imitat
     options = [(100.0 * k, name, {(name, keys[name].name): 0.5}) for k, name in enumerate(names)]
     search = a_search(World({}, excused=True), *names)
     asked: list[str] = []
+
+    def trial(self: Search, names: Any, values: Any, target: Any) -> Any:
+        asked.append(names[-1])
+        return a_trial(0.0, *names)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FirstOrderGain, "__init__", lambda self, target, now: None)
         patch.setattr(
             FirstOrderGain, "promising", lambda self, of: [(left, search.known[n], p) for left, n, p in options]
         )
-        patch.setattr(Search, "trial", lambda self, names, values, target: asked.append(names[-1]) or a_trial(0, *names))
+        patch.setattr(Search, "trial", trial)
         patch.setattr(quiet_effects, "is_imitated", lambda search, trial, name, times: name == "mass")
         found = quiet_effects._promising(search, a_trial(1e4), ())
     assert [trial.names[-1] for trial in found] == [n for n in names if n not in ("mass", "brake_limit")]

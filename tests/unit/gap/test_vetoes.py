@@ -99,6 +99,8 @@ def test_logs_given_judge_and_several_logs_judge_each_other(as_logs: None) -> No
     assert [(sorted(f.fitted), sorted(f.judge)) for f in parts] == [  # type: ignore[call-overload, arg-type]
         (["b", "c"], ["a"]), (["a", "c"], ["b"]), (["a", "b"], ["c"]),
     ]  # fmt: skip
+    both = folds({"a": a, "b": b}, None, MODEL)
+    assert [(list(f.fitted), list(f.judge)) for f in both] == [(["b"], ["a"]), (["a"], ["b"])]  # type: ignore[call-overload, arg-type]
     assert folds_with_setup(None, MODEL) == ()
 
 
