@@ -46,7 +46,7 @@ def single(search: Search, final: Trial, judges: Sequence[Fold]) -> Trial | None
     A search that counts the remainder as noise of each sample may put two effects in the place of one: a drive that is
     too strong and a drag that grows with speed for the rolling resistance that was hidden.
     """
-    base = search.trial((), {k: v for k, v in final.values.items() if k[0] not in final.names})
+    base = search.trial((), final.values)
     other = quiet(search, base, judges, placed=search.misfit(final)) if final.names else None
     if other is None or other.names == final.names:
         return None

@@ -52,8 +52,7 @@ def best_of_tied(search: Search, final: Trial, judges: Sequence[Fold]) -> Tied:
         return Tied(final, ())
     (name,) = final.names
     together = ExperimentSet(tuple(e for data in all_data(search, judges) for e in data.experiments), lasts=True)
-    without = {key: value for key, value in final.values.items() if key[0] != name}
-    base = search.trial((), without, target=together)
+    base = search.trial((), final.values, target=together)
     look = FirstOrderGain(together, base)
     known = search.known[name]
     tied = [c for c in search.known.values() if c.is_tied(known) and not is_placed(c)]
