@@ -171,7 +171,7 @@ def _open_down_to(target: ExperimentSet, candidate: Candidate, c: Coordinate) ->
     none in the range."""
     target.settle({})
     free = square(target.whitened({}))
-    others = {key: value for key, value in candidate.points[0].items() if key != c.name}
+    others = {key: value for key, value in candidate.points[-1].items() if key != c.name}  # where they limit least
 
     def is_open(u: float) -> bool:
         return square(target.whitened({**others, c.name: c.value(u)})) < free + APART**2

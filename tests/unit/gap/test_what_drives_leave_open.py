@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.gap.diagnose import beyond_remainder, fitted_twin
 from pytest_dvp.gap.diagnose.beyond_remainder import all_show, as_told, is_evident, is_imitated
-from pytest_dvp.gap.diagnose.candidates import sizes
+from pytest_dvp.gap.diagnose.candidates import candidates, sizes
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.fitted_twin import Drives
 from pytest_dvp.gap.diagnose.held_out import Fold
@@ -20,6 +20,8 @@ from pytest_dvp.gap.diagnose.quiet_effects import quiet, single
 from pytest_dvp.gap.diagnose.standing import _unseen
 from pytest_dvp.gap.extend import twin_remainder as module
 from tests.unit.gap.linear_world import BRAKE, DRIVE, NOISE, ROWS, World, a_search, a_trial, direction, tried
+from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.model_file import parse_model
 from vehicle.model.remainder_shape import RemainderShape
 
 LOWER = ("brake_limit", "limit")
@@ -59,6 +61,22 @@ def test_where_no_drive_shows_a_limit_all_are_open() -> None:
     (candidate,) = tried("brake_limit")
     found = unseen(drives(1e-3), (candidate,), without())
     assert found["brake_limit"]["limit"] == pytest.approx(candidate.coordinates[0].key.low, rel=0.01)
+
+
+def test_a_limit_is_open_where_the_others_of_its_effect_hardly_limit() -> None:
+    """Drives that show a torque below 100 N m and a power below 50 kW: beside a torque of 500 N m, which does 2 of
+    their ten standard deviations, a power is open from 500 / sqrt(100 - 4) kW on, beside a power of 200 kW, which does
+    2.5, a torque from 1000 / sqrt(100 - 6.25) N m on. No drive comes near any greatest speed."""
+    train = "[[effect]]\nname = 'motor_inertia'\nparameters = {J = 0.05}\n"
+    driven = parse_model(f"[parameters]\nwheelbase = 2.5\nmass = 1000.0\nwheel_radius = 0.3\ngear_ratio = 6.0\n{train}")
+    (motor,) = candidates(driven, [find_effect("motor_torque")])
+    does = {("motor_torque", "torque"): 1000.0 * direction(0), ("motor_torque", "power"): 500e3 * direction(1)}
+    found: Any = unseen([Limited(does)], (motor,), without())  # type: ignore[list-item]
+    assert found["motor_torque"] == {
+        "torque": pytest.approx(1000.0 / np.sqrt(93.75), rel=0.02),
+        "power": pytest.approx(500e3 / np.sqrt(96.0), rel=0.02),
+        "max_speed": pytest.approx(100.0),
+    }
 
 
 @pytest.mark.parametrize(("found", "imitated"), [(3.99, False), (4.01, True), (5.5, True)])
