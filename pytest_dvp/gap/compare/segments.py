@@ -111,7 +111,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         slides |= locked(t, v, _over_ground(t, whole), posed & ~holes[3][1])
     near = _near(t, slides)
     counted = np.ones(n, dtype=np.bool_) if unknown else ~standing(t, v)
-    count = max(1, round((t[-1] - t[0]) / length)) if n > 1 else 1
+    count = max(1, round((t[-1] - t[0]) / length))
     wanted = t[0] + (t[-1] - t[0]) * np.arange(1, count) / count
     cuts = [0]
     for time in wanted:

@@ -15,7 +15,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, values_of, with_remainder
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
 from pytest_dvp.gap.diagnose.held_out import folds, step
-from pytest_dvp.gap.diagnose.input_scales import free_scales, input_map
+from pytest_dvp.gap.diagnose.input_scales import free_scales
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -238,9 +238,9 @@ def _present(model: VehicleModel, name: str) -> AppliedEffect:
 def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
     """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
     those that an effect repeats."""
-    free, start = free_scales(model, [one.effect for one in tried]) if tried else ((), input_map(model)[1])
+    free, start = free_scales(model, [one.effect for one in tried])
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
-    return Search(target, tried, nuisance=free, start=start, fixed=off)
+    return Search(target, tried, nuisance=free if tried else (), start=start, fixed=off)
 
 
 def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate]) -> Trial:

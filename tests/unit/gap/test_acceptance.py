@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import fitted_values
-from pytest_dvp.gap.diagnose.candidates import candidates_of
+from pytest_dvp.gap.diagnose.candidates import candidates, candidates_of
 from pytest_dvp.gap.diagnose.diagnosis import Estimate
 from pytest_dvp.gap.diagnose.fitted_twin import values_of
 from pytest_dvp.gap.diagnose.fitted_values import estimates, rounded
@@ -232,4 +232,15 @@ def test_what_the_model_has_is_kept_set_and_switched_off_by_name() -> None:
     with pytest.raises(ModelError, match="drive_gain"):
         _present(model, "drive_gian")
     search = _search(Having({}), model, (), ["drive_gain"])  # type: ignore[arg-type]
-    assert (search.fixed, search.nuisance) == ({DRIVE: 1.0}, ())
+    assert (search.fixed, search.nuisance, search.start) == ({DRIVE: 1.0}, (), {})
+
+
+def test_scales_of_pedals_are_fitted_beside_effects_and_without_any_stay_as_the_model_has_them() -> None:
+    pedals = parse_model('[inputs]\nlongitudinal = "throttle_cmd + brake_cmd"\nfull_throttle = 4.0\nfull_brake = 8.0\n'
+                         "[parameters]\nwheelbase = 2.5\nmass = 1200.0\n")  # fmt: skip
+    known = {("inputs", "full_throttle"): 4.0, ("inputs", "full_brake"): 8.0}
+    for names, free in (((), []), (("steer_ratio",), list(known)), (("brake_gain",), [("inputs", "full_throttle")])):
+        meant = [one for name in names for one in candidates(pedals, [find_effect(name)], ay=True)]
+        search = _search(Having({}), pedals, meant, ())  # type: ignore[arg-type]
+        assert [c.name for c in search.nuisance] == free
+        assert search.start == known

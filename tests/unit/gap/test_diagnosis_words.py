@@ -205,10 +205,11 @@ def test_figures_have_the_digits_that_their_interval_carries(estimate: Estimate,
     ("first", "told"), [("steer_delay", False), ("yaw_rate_latency", True), (None, False), ("steer_lag", False)]
 )
 def test_only_a_second_opinion_that_differs_is_told(first: str | None, told: bool) -> None:
-    """What the first engine names, or cannot tell from it, is no disagreement."""
+    """What the first engine names, or cannot tell from it, is no disagreement; of two, the one named first is told."""
     ranking = [[name, 0.9] for name in ("steer_delay", "yaw_rate_latency", "steer_lag")]
     either = dataclasses.replace(DELAY, rivals=("steer_lag",))
-    lines = page(dataclasses.replace(NAMED, effects=(either,), votes={"first": first, "ranking": ranking}))
+    less = dataclasses.replace(DELAY, name="drive_gain", gain=0.1)
+    lines = page(dataclasses.replace(NAMED, effects=(either, less), votes={"first": first, "ranking": ranking}))
     assert ("votes for yaw_rate_latency before steer_delay (90 %)" in lines) == told
     assert ("second opinion" in lines) == told
 

@@ -15,6 +15,7 @@ from pytest_dvp.gap.extend.extension import Extension
 from pytest_dvp.gap.extend.growth import ALL_SHOW, LOSES, NO_JUDGE, NONE_SHOWN, contradicts, grow, grown
 from pytest_dvp.logs.log import Log
 from tests.truth.generate import make_log
+from vehicle.model.effect_catalogue import run_setups
 from vehicle.model.model_file import parse_model
 
 CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
@@ -131,3 +132,25 @@ def test_the_next_best_effect_comes_where_logs_contradict_each_other_and_what_th
     monkeypatch.setattr(growth, "settled_fit", lambda search, now: now)
     assert grown(search, {}, ["kept"], lambda text: None).names == ("kept", "agreed")
     assert asked == [(), (), ("other",)]
+
+
+def test_what_was_added_is_no_value_that_was_fitted_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the twin has and what differs from run to run is not tried."""
+    few, search = growth.candidates, growth.Search
+    tried: list[str] = []
+    names = ("drive_lag", "steer_delay", *run_setups())
+
+    def noted(target: Any, several: Any, **more: Any) -> Any:
+        tried.extend(c.name for c in several)
+        return search(target, several, **more)
+
+    monkeypatch.setattr(growth, "Search", noted)
+    monkeypatch.setattr(growth, "with_shape", lambda twin, *more: twin)
+    monkeypatch.setattr(
+        growth, "candidates", lambda model, effects, ay: few(model, [e for e in effects if e.name in names], ay=ay)
+    )
+    log = Log({name: column[:800] for name, column in make_log(HIDDEN, "urban", 1).items()})
+    found = grow({"1.csv": log}, parse_model(CAR + LATE))
+    assert [e.name for e in found.effects] == ["drive_lag"]
+    assert set(found.refitted) == {("steer_delay", "T")}
+    assert tried == ["steer_delay", "drive_lag"]

@@ -286,10 +286,12 @@ class Moved(Stub):
         super().__init__((3.0, 3.0), [])
         self.left = left
         self.sizes: list[float] = []
+        self.before: set[tuple[Term, ...]] = set()
 
     def _fitted(self, terms: Any) -> _Fitted:
         last = terms[-1]
         self.sizes.append(abs(last.coefficient))
+        self.before.add(terms[:-1])
         return _Fitted(terms, None, self.left.get((last.point.name, float(np.sign(last.c))), 9.0), 1.0)
 
 
@@ -298,17 +300,20 @@ def test_the_same_form_at_another_point_is_as_good_within_two_hundredths() -> No
     moved = Moved({("drag", -1.0): 1.019, ("accel", 1.0): 1.021, ("v", 1.0): 1.01, ("steer", 1.0): 1.0})
     assert _Discovery._elsewhere(moved, now) == ("brake", "drag", "v")
     assert moved.sizes == pytest.approx([now.terms[-1].coefficient] * len(moved.sizes))
+    assert moved.before == {(a_term("drag", "v"),)}
     much = a_fit(4.0, 1.0, Term(AT["brake"], BRAKED, c=2.0))
-    assert _Discovery._elsewhere(Moved({("drag", 1.0): 4.079, ("accel", 1.0): 4.081}), much) == ("brake", "drag")
+    alone = Moved({("drag", 1.0): 4.079, ("accel", 1.0): 4.081})
+    assert (_Discovery._elsewhere(alone, much), alone.before) == (("brake", "drag"), {()})
 
 
 def test_a_law_moves_with_its_size_to_where_a_person_would_look_for_it() -> None:
-    now = a_fit(1.0, 1.0, a_term("drag", "v"), Term(AT["drag"], BRAKED, c=2.0))
-    for sign in (1.0, -1.0):
+    others = (a_term("drag", "v"), a_term("steer", "d"))
+    for before, sign in ((others[:1], 1.0), (others, -1.0), ((), -1.0)):
+        now = a_fit(1.0, 1.0, *before, Term(AT["drag"], BRAKED, c=2.0))
         found = _Discovery._where_it_belongs(Moved({("brake", sign): 1.0}), now, ("drag", "brake"))
-        assert found.terms[0] == now.terms[0]
-        assert found.terms[1].point.name == "brake"
-        assert found.terms[1].coefficient == pytest.approx(sign * now.terms[1].coefficient)
+        assert found.terms[:-1] == before
+        assert found.terms[-1].point.name == "brake"
+        assert found.terms[-1].coefficient == pytest.approx(sign * now.terms[-1].coefficient)
     assert _Discovery._where_it_belongs(Moved({}), now, ("drag",)) is now
     there = a_fit(1.0, 1.0, Term(AT["brake"], BRAKED))
     assert _Discovery._where_it_belongs(Moved({}), there, ("brake",)) is there

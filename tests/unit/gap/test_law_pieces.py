@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.gap.discover.factors import FACTORS, THRESHOLD, unit_text, value
+from pytest_dvp.gap.discover.factors import FACTORS, NUMBER, THRESHOLD, unit_text, value
 from pytest_dvp.gap.discover.forms import forms, points, terms_at
 from pytest_dvp.gap.discover.generic_effect import effect_of, generic_effects, values_of
 from pytest_dvp.gap.discover.law import FoundTerm, Law
@@ -49,6 +49,7 @@ def test_a_factor_is_what_its_name_says_in_the_search_and_in_a_file(accel: float
         assert value(bus, k, 4.0) == pytest.approx(expected[factor.name]), factor.name
         assert eval(factor.code, names) == pytest.approx(expected[factor.name]), factor.name  # noqa: S307
     assert value(a_bus(vx=3.0), THRESHOLD, 4.0) == 0.0
+    assert value(a_bus(vx=-0.5), NUMBER["sqrt(v)"], 4.0) == 0.0  # a car that rolls back has no root of its speed
 
 
 def test_usual_sizes_make_coefficients_comparable() -> None:

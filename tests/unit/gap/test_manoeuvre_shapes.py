@@ -153,8 +153,8 @@ def test_speeds_and_sizes_of_the_steering_tests() -> None:
     assert {t.speed for t in d.wanted} == {min(2.0, math.sqrt(0.8 * d.lateral * 2.5 / d.lock))}
     for test, side in zip(d.wanted, (1.0, -1.0), strict=True):
         assert test.steer is not None
-        shown = [test.steer(tau) / d.lock * side for tau in (0.0, 1.25, 2.5, 6.0, 7.0, 8.0, 9.0)]
-        assert shown == pytest.approx([0.0, 0.5, 1.0, 1.0, 0.5, 0.0, 0.0])
+        shown = [test.steer(tau) / d.lock * side for tau in (0.0, 1.25, 2.5, 4.0, 6.0, 7.0, 8.0, 9.0)]
+        assert shown == pytest.approx([0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0, 0.0])
     d = listened(slow_ramp)
     for test, (share, side) in zip(d.wanted, [(s, k) for s in (0.6, 1.0) for k in (1.0, -1.0)], strict=True):
         v = d.fitting(6.0, share=share)

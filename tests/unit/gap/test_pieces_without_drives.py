@@ -280,6 +280,20 @@ def test_a_channel_of_a_second_log_needs_two_values() -> None:
     assert np.isnan(found[:, CHANNELS.index("ax")]).all()
 
 
+def test_a_value_beside_a_hole_is_there_and_the_hole_is_not() -> None:
+    """The step is 0.1 s: from half a second on it is a hole."""
+    log = Log({"t": np.array([0.0, 2.0, 2.1, 2.2, 2.3, 2.4, 5.0]), "v": np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])})
+    found = LogSubject(log).at(np.array([-1e-8, 0.0, 5e-10, 1e-8, 1.0, 2.0 - 1e-8, 2.0, 2.05, 2.4, 2.5, 5.0, 5.1]))
+    expected = [NAN, 1.0, 1.0, NAN, NAN, NAN, 2.0, 2.5, 6.0, NAN, 7.0, NAN]
+    assert found[:, CHANNELS.index("v")] == pytest.approx(expected, nan_ok=True)
+
+
+def test_a_message_names_the_three_nearest_columns() -> None:
+    log = a_log(steer_cmd1=[0.0], steer_cmd2=[0.0], steer_cmd3=[0.0], steer_cmd4=[0.0])
+    with pytest.raises(CompareError, match=r"nearest of its 4 columns: steer_cmd\d, steer_cmd\d, steer_cmd\d;"):
+        command_at_stamps(log, "steer_cmd", "M")
+
+
 # --- values that nobody meets
 
 

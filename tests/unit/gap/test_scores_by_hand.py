@@ -147,6 +147,7 @@ def test_a_score_has_the_root_mean_square_and_its_share_of_the_span() -> None:
     assert found.rmse == pytest.approx(0.3)
     assert found.nrmse == pytest.approx(0.3 / np.ptp(measured))
     assert (found.chi2_per_n, found.unit) == (2.5, "m/s")
+    assert scored(0.1 * rest, 0.1 * measured).nrmse == pytest.approx(found.nrmse)  # of a range of less than 1, too
     same = scored(np.zeros(200), measured)
     assert (same.rmse, same.mncc, same.lag) == (0.0, pytest.approx(1.0), pytest.approx(0.0, abs=1e-9))
     assert (same.gain, same.iso18571) == (pytest.approx(1.0), pytest.approx(1.0))

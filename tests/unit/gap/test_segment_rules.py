@@ -121,6 +121,15 @@ def test_a_log_has_as_many_pieces_as_five_seconds_fit_best(seconds: float, piece
     assert found.ends.tolist() == [*found.starts[1:].tolist(), len(t)]
 
 
+@pytest.mark.parametrize("begins", [0.0, 1000.0, -7.0])
+def test_a_log_is_cut_alike_whenever_its_clock_began(begins: float) -> None:
+    """Of 20 s without a turn, cuts are within half a second of 5, 10 and 15 s: the first rows there."""
+    t = begins + STEP * np.arange(20 * 64 + 1)
+    measured = nothing(len(t))
+    measured[:, 3], measured[:, 4] = 10.0, 0.0
+    assert cut(t, measured).starts.tolist() == [0, round(4.5 * 64), round(9.5 * 64), round(14.5 * 64)]
+
+
 @pytest.mark.parametrize(("n", "last"), [(102, 97), (101, 92)])
 def test_pieces_have_five_rows_or_more(n: int, last: int) -> None:
     """The least rate is always the last one within reach, so the cuts run through the log row by row."""
@@ -187,6 +196,34 @@ def test_a_slide_does_not_count_to_the_end_of_its_piece() -> None:
     found = cut(t, measured)
     second = int(found.starts[1])
     assert np.flatnonzero(~found.counted[32:]).tolist() == list(range(68 - 32, second - 32))
+
+
+def test_a_slide_shows_in_position_and_heading_where_the_speed_has_a_hole() -> None:
+    t = STEP * np.arange(640)
+    measured = np.zeros((640, 8))
+    measured[:, 0], measured[:, 3] = 10.0 * t, 10.0
+    measured[220:240, 2] = 0.5  # more than the 0.3 rad that no wheel on the road allows
+    for hole in (3, 4):
+        there = measured.copy()
+        there[200:260, hole] = np.nan
+        assert np.flatnonzero(cut(t, there).slides).tolist() == list(range(220, 240)), hole
+    for hole in (0, 1, 2):  # where it is or points is not known there
+        there = measured.copy()
+        there[200:260, hole] = np.nan
+        assert not cut(t, there).slides[201:260].any(), hole
+
+
+def test_of_wheels_whose_speed_has_a_hole_nobody_can_say_that_they_are_locked_there() -> None:
+    """Before the hole they turn at 20 m/s, after it for a while at 5 m/s; the car goes on at 20 m/s. The straight line
+    between is as steep as wheels that lock."""
+    t = STEP * np.arange(640)
+    measured = np.zeros((640, 8))
+    measured[:, 0], measured[:, 3] = 20.0 * t, 20.0
+    measured[230:250, 3] = 5.0
+    measured[200:230, 3] = np.nan
+    slides = cut(t, measured).slides
+    assert slides[230:249].all()
+    assert not slides[201:230].any()
 
 
 @pytest.mark.parametrize("v", [0.0, 5.0, -5.0])

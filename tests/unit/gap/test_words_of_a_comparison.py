@@ -11,6 +11,7 @@ import pytest
 
 from pytest_dvp.gap.words.comparison import (
     WORTH_SAYING,
+    columns,
     covered,
     headline,
     late,
@@ -81,6 +82,13 @@ def test_places_are_told_from_a_twentieth_beyond_their_time_on_two_of_each_kind(
     for kind in ("regime", "speed"):
         assert len(places([a_place(kind, 0.05), a_place(kind, 0.0499)])) == 2
         assert places([a_place(kind, 0.0499)]) == ["the error is spread evenly"]
+
+
+def test_columns_are_as_wide_as_their_longest_word_and_numbers_stand_to_the_right() -> None:
+    """Names and units to the left; of one row, too, and no line ends in blanks."""
+    rows = [("a", "b", "c", "d"), ("long", "2.25", "m/s", "1"), ("x", "10", "m", "")]
+    assert columns(rows) == ["a        b  c    d", "long  2.25  m/s  1", "x       10  m"]
+    assert columns(rows[:1]) == ["a  b  c  d"]
 
 
 def test_signals_in_a_table() -> None:
