@@ -278,3 +278,37 @@ def test_on_hills_a_start_that_no_row_tells_stays_as_it_was_measured() -> None:
     measured[:, 4] += 0.05
     _, start, *_ = projected(out, measured, EVERY, [0], slopes=0.1)
     assert abs(start[0, 3]) < 1.0
+
+
+@pytest.mark.parametrize("slopes", [0.0, 0.1])
+def test_a_segment_is_judged_among_others_as_it_is_alone(slopes: float) -> None:
+    """On hills too, where one segment ends at rest and the next one is a single row."""
+    v = np.where((T > 0.8) & (T < 1.2), 0.0, V)
+    out = path(v, BEND)
+    measured = out + np.random.default_rng(6).normal(size=(N, 8)) / WEIGHT
+    starts = [0, 110, 111, 130]
+    values, start, chi2, count = projected(out, measured, EVERY, starts, slopes=slopes)
+    assert np.isfinite(start).all()
+    total = np.zeros(8)
+    for k, (first, end) in enumerate(zip(starts, [*starts[1:], N], strict=True)):
+        own, own_start = np.empty((end - first, 8)), np.zeros((1, 4))
+        squares, rows = np.zeros(8), np.zeros(8, dtype=np.int64)
+        project(out[first:end], measured[first:end], T[first:end], WEIGHT, np.array([0]), np.array([end - first]),
+                EVERY[first:end], True, slopes, own, own_start, squares, rows)  # fmt: skip
+        assert values[first:end] == pytest.approx(own, rel=1e-9, abs=1e-9, nan_ok=True), k
+        assert start[k] == pytest.approx(own_start[0], rel=1e-6, abs=1e-9), k
+        total, count = total + squares, count - rows
+    assert chi2 == pytest.approx(total)
+    assert not count.any()
+
+
+def test_on_hills_a_start_speed_is_believed_to_three_tenths_of_a_metre_a_second() -> None:
+    """One row that shows 0.1 m/s more by a sensor of 0.04 m/s: the weighted mean of that and of none by 0.3 m/s."""
+    out = path(V, np.zeros(N))  # straight on, where no turn tells the speed
+    measured = out.copy()
+    measured[0, 3] += 0.1
+    first = np.arange(N) == 0
+    _, start, *_ = projected(out, measured, first, [0], slopes=0.1)
+    assert start[0] == pytest.approx([0.0, 0.0, 0.0, 0.1 * 625.0 / (625.0 + 1.0 / 0.09)], abs=1e-9)
+    _, start, *_ = projected(out, measured, first, [0])
+    assert start[0, 3] == pytest.approx(0.1)
