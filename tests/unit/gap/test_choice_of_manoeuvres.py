@@ -228,7 +228,7 @@ def test_what_nothing_shows_is_told_and_alone_refused(shown: Any) -> None:
 
 @pytest.mark.parametrize(
     ("beside", "repeats", "weak"),
-    [(33, 1, False), (34, 2, False), (166, 5, False), (900, 5, False), (2000, 5, True)],
+    [(33, 1, False), (34, 2, False), (166, 5, False), (1400, 5, False), (1600, 5, True)],
 )
 def test_logs_beside_make_repeats_necessary(shown: Any, beside: int, repeats: int, weak: bool) -> None:
     """k drives of 100 samples with a gap of 0.2 beside n: 0.2 k 100/(n + k 100), of which 0.15 are enough and 0.05

@@ -419,10 +419,13 @@ def test_a_term_is_asked_to_first_order_how_much_it_would_take_away() -> None:
     assert scan.likeness(0, 2) == 0.0
 
 
-@pytest.mark.parametrize(("rows", "judged"), [(65, True), (64, False)])
-def test_chance_needs_more_than_two_shifts_of_three_seconds(rows: int, judged: bool) -> None:
+@pytest.mark.parametrize(
+    ("rows", "sample", "judged"), [(65, 0.1, True), (64, 0.1, False), (15, 3.0, True), (14, 3.0, False)]
+)
+def test_chance_needs_more_than_two_shifts_of_three_seconds(rows: int, sample: float, judged: bool) -> None:
+    """Of samples 3 s apart a mean over five is long enough: three of them."""
     rest = np.random.default_rng(3).normal(size=8 * rows)
-    data = Data({1: rest.copy()}, rows, rest)
+    data = Data({1: rest.copy()}, rows, rest, sample)
     scan = Scan(data, {}, [(a_term("drag", "v"),)], lambda text: None)  # type: ignore[arg-type]
     assert np.isfinite(scan.chance) == judged
 
