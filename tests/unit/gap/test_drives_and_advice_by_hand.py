@@ -274,8 +274,9 @@ def logs(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 
 def test_effects_that_the_logs_hardly_rule_out_are_those_a_quarter_behind(logs: Any) -> None:
-    """The first leaves 400 of 100 samples: a quarter of that are 100. A rival is fitted, and is not near."""
-    target = logs({"a": 400.0, "b": 420.0, "c": 499.0, "d": 500.0, "e": 430.0})
+    """The first, as given and not as it would be fitted, leaves 400 of 100 samples: a quarter of that are 100. A rival
+    is fitted, and is not near."""
+    target = logs({"a": 390.0, "b": 420.0, "c": 499.0, "d": 500.0, "e": 430.0})
     known, evidence = _hypotheses(target, MODEL, ("a", "b"), {("a", "k"): 400.0}, {("known", "k"): 1.0}, ())
     assert known == {"a": {("a", "k"): 400.0}, "b": {("b", "k"): 420.0}}
     assert evidence.near == {"e": {("e", "k"): 430.0}, "c": {("c", "k"): 499.0}}
