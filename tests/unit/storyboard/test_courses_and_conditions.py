@@ -51,6 +51,7 @@ def test_a_course_of_one_point_and_one_whose_points_coincide() -> None:
     assert twice.at(0.0) == pytest.approx((1.0, 2.0, 4.0, 0.7))
     assert (twice.tangent(0.0), twice.pitch(0.0)) == (0.5, 0.0)
     assert (twice.s_at(3.0), twice.start_time, twice.end_time) == (0.0, 0.0, 0.0)
+    assert Course(CORNERED, [2.0, 2.0, 3.0]).s_at(2.0) == 0.0  # it begins at its first point
     late = Course([(0.0, 0.0, 0.0, 0.9), (0.0, 0.0, 0.0, 0.9), (0.0, 5.0, 0.0, 0.9)])
     assert late.tangent(0.0) == pytest.approx(0.5 * math.pi)
 
@@ -168,6 +169,7 @@ def test_the_distance_of_a_point_from_a_box_and_of_boxes_that_touch() -> None:
         (20.0, 4.0, 2.0, 2.0, 8.0, 2.0),  # 2 -> 8 -> 2 m/s: 10 m in each half
         (8.0, 4.0, 4.0, 4.0, 0.0, 2.0),
         (10.0, 4.0, 0.0, 2.0, 0.5 * (5.0 + math.sqrt(13.0)), None),  # 8 vx^2 - 40 vx + 24 = 0
+        (0.35, 0.3, 0.0, 1.0, 2.0, 0.2),  # 0.2 m to 2 m/s with 10 m/s^2, and 0.15 m on the way back to 1 m/s
     ],
 )
 def test_the_speed_between_two_ramps_of_one_steepness(
@@ -210,6 +212,7 @@ def synchronizing(phase: str = "new", *, linger: bool = False, steady: tuple[flo
         ("stopped", 6.0, 1e10, 0.0, 2.0, 0.0, "stopped"),
         ("last ramp", 6.0, 1e10, 3.0, 2.0, 0.0, "last ramp"),  # the master stands
         ("braking", 6.0, 5.0, 3.0, 2.0, 2.2, "braking"),  # 8 m/s^2 for 0.1 s
+        ("braking", 6.0, 5.0, 1.2, 2.0, 0.4, "braking"),
         ("braking", 6.0, 5.0, 0.7, 2.0, -0.1, "stopped"),
         ("steady", 6.0, 5.0, 3.0, 2.0, 2.0, "steady"),
     ],
@@ -230,6 +233,27 @@ def test_a_steady_state_takes_its_way_and_its_time(way: float, time: float, stea
     found = action._next_speed(way, time, 1.0, 2.0, 0.01)
     assert (action._phase == "steady") is steady
     assert (found == 2.0) is steady
+    short = synchronizing(steady=(0.5, 0.25))
+    assert short._next_speed(0.4, 9.0, 1.0, 2.0, 0.01) == 2.0  # half a metre is a way, too
+
+
+@pytest.mark.parametrize(
+    ("linger", "way", "after", "phase"),
+    [
+        (True, 67.5, 8.0 - 0.05, "two ramps"),  # to 5.5 m/s
+        (True, 92.5, 8.0, "last ramp"),  # to 10.5 m/s, which is not slower first
+        (False, 92.5, 8.0 + 0.05, "two ramps"),
+        (False, 67.5, 8.0, "last ramp"),
+        (True, 42.5, 8.0 - 0.15, "two ramps"),  # to 0.5 m/s, which is not back yet
+    ],
+)
+def test_the_first_of_two_ramps_is_the_slower_or_the_faster_one(
+    linger: bool, way: float, after: float, phase: str
+) -> None:
+    """Both in 5 s, from 8 m/s to way / 5 - 8 m/s and back; 0.1 s of the first."""
+    action = synchronizing("two ramps", linger=linger)
+    assert action._two_ramps(way, 10.0, 8.0, 8.0, 0.1) == pytest.approx(after)
+    assert action._phase == phase
 
 
 @pytest.mark.parametrize(
@@ -237,6 +261,7 @@ def test_a_steady_state_takes_its_way_and_its_time(way: float, time: float, stea
     [
         (6.0, 2.0, 5.2, "braking"),  # faster than at the end: with 8 m/s^2
         (1.0, 2.0, 1.0 - 0.1 * 5.0 / 4.0, "two ramps"),  # with (1 + 4) / (2 x 2) m/s^2
+        (2.0, 2.0, 2.0 - 0.1 * 8.0 / 4.0, "two ramps"),  # as fast as at the end: it stands half of the way on
         (0.1, 2.0, 0.0, "stopped"),
     ],
 )

@@ -346,7 +346,8 @@ class Arriving(Synchronize):
         return self.ways[entity.name]  # type: ignore[no-any-return]
 
 
-def arriving(way: float, master_way: float, *, speed: float, pace: float = 2.0, tolerance: float = 0.0) -> Any:
+def arriving(way: float, master_way: float, *, speed: float, pace: float = 2.0, tolerance: float = 0.0,
+             tolerance_master: float | None = None) -> Any:  # fmt: skip
     action: Any = Arriving.__new__(Arriving)
     entity, master = car("A"), car("M")
     entity.speed, master.vx = speed, pace
@@ -354,7 +355,7 @@ def arriving(way: float, master_way: float, *, speed: float, pace: float = 2.0, 
     action._entity, action._master, action._final, action._phase = entity, master, None, "new"
     action._target = action._master_target = lambda: None
     action._last = action._last_master = math.inf
-    action._element = SimpleNamespace(target_tolerance=tolerance, target_tolerance_master=None)
+    action._element = SimpleNamespace(target_tolerance=tolerance, target_tolerance_master=tolerance_master)
     return action
 
 
@@ -383,6 +384,9 @@ def test_nobody_drives_back_to_be_in_time_and_a_standing_master_changes_nothing(
     assert not waits._go_on(0.1)
     assert waits._entity.speed == 3.0
     tolerant = arriving(25.0, 10.0, speed=4.0, tolerance=5.0)
+    tolerant._go_on(0.1)
+    assert tolerant._entity.speed == pytest.approx(4.0)
+    tolerant = arriving(20.0, 12.0, speed=4.0, tolerance_master=2.0)  # the master is there in 5 s
     tolerant._go_on(0.1)
     assert tolerant._entity.speed == pytest.approx(4.0)
 
@@ -429,12 +433,20 @@ def test_before_the_first_step_who_has_a_final_speed_stands(steps: int, final: b
     ("way", "master_way", "over"), [(0.0, 10.0, True), (10.0, 0.0, True), (1.0, 0.19, True), (1.0, 0.21, False)]
 )
 def test_it_is_over_where_one_of_both_is_there_or_no_step_is_left(way: float, master_way: float, over: bool) -> None:
-    assert arriving(way, master_way, speed=1.0)._go_on(0.1) is over
+    action = arriving(way, master_way, speed=1.0)
+    assert action._go_on(0.1) is over
+    if over:
+        assert action._entity.speed == 1.0  # without a final speed it keeps its own
+    final = arriving(way, master_way, speed=1.0)
+    final._final = model.AbsoluteSpeed(value=7.0)
+    assert final._go_on(0.1) is over
+    assert (final._entity.speed == 7.0) is over
 
 
 def test_it_is_over_where_one_of_both_draws_away_again() -> None:
     action = arriving(10.0, 10.0, speed=1.0)
     assert not action._go_on(0.1)
+    assert not action._go_on(0.1)  # who stands does not draw away
     action.ways["A"] = 10.1
     assert action._go_on(0.1)
     action = arriving(10.0, 10.0, speed=1.0)

@@ -79,10 +79,16 @@ def test_without_timing_it_is_followed_at_the_own_speed_and_what_is_left_of_a_st
     assert scene.entity.moved
     assert scene.entity.travelled == pytest.approx(4.0)
     assert scene.runner.axis() == pytest.approx((0.5 * math.pi, 0.0))
+    assert not scene.entity.end_of_road
     assert scene.runner.step(2.0) is True
     assert scene.place() == (13.0, 5.0)  # 3 m were left of the trajectory, one more straight on
     assert scene.entity.travelled == pytest.approx(8.0)
     assert scene.entity.end_of_road
+    onto_a_road = Scene(make, vertices(*BEND), speed=9.0)
+    onto_a_road.runner.start()
+    onto_a_road.board.network = object()
+    assert onto_a_road.runner.step(1.0) is True
+    assert not onto_a_road.entity.end_of_road  # from here on it keeps a lane
 
 
 def test_the_end_is_reached_exactly_in_spite_of_rounding(make: Make) -> None:

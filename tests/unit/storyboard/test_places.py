@@ -14,7 +14,8 @@ from openscenario.storyboard.positions import shifted_lane, turned
     ("angle", "wrapped"),
     [(0.0, 0.0), (3.0, 3.0), (-3.0, -3.0), (math.pi, math.pi), (-math.pi, math.pi), (4.0, 4.0 - math.tau),
      (-4.0, math.tau - 4.0), (7.0, 7.0 - math.tau), (-7.0, math.tau - 7.0), (10.0, 10.0 - 2.0 * math.tau),
-     (-10.0, 2.0 * math.tau - 10.0), (100.0, 100.0 - 16.0 * math.tau)],
+     (-10.0, 2.0 * math.tau - 10.0), (100.0, 100.0 - 16.0 * math.tau), (3.0 * math.pi, math.pi),
+     (-3.0 * math.pi, math.pi)],
 )  # fmt: skip
 def test_an_angle_is_wrapped_into_a_turn_that_ends_with_pi(angle: float, wrapped: float) -> None:
     assert wrap(angle) == pytest.approx(wrapped, abs=1e-12)
@@ -35,7 +36,8 @@ def test_across_a_bank_roll_becomes_pitch() -> None:
     assert turned_in_plane(0.4, 0.0, 0.2, 0.5 * math.pi) == pytest.approx((0.4 + 0.5 * math.pi, -0.2, 0.0))
 
 
-@pytest.mark.parametrize(("pitch", "roll"), [(0.3, 0.0), (0.0, 0.3), (0.3, -0.4)])
+@pytest.mark.parametrize(("pitch", "roll"), [(0.3, 0.0), (0.0, 0.3), (0.3, -0.4), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0),
+                                             (0.0, -1.0)])  # fmt: skip
 @pytest.mark.parametrize("yaw", [0.5, -2.0])
 def test_a_yaw_in_a_plane_is_found_again_from_the_heading(pitch: float, roll: float, yaw: float) -> None:
     heading, _, _ = turned_in_plane(0.0, pitch, roll, yaw)

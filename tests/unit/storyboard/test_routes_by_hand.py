@@ -87,11 +87,15 @@ class Network:
 
 
 def test_a_way_goes_from_place_to_place_and_on_in_the_lane_that_the_last_one_ended_in() -> None:
-    network = Network((("1", -1), ("2", -1)), (("2", -2), ("3", -1)))
+    network = Network((("1", -1), ("2", -1)), (("2", -2), ("3", -2)), (("3", -3), ("4", -1)))
     board: Any = SimpleNamespace(network=network)
-    found = way(board, [at("1", -1, 5.0), at("2", -1, 40.0), at("3", -1, 7.0)])
-    assert network.asked == [(("1", -1, 5.0), ("2", -1, 40.0)), (("2", -2, 40.0), ("3", -1, 7.0))]
-    assert [(each.road, each.lane) for each in found] == [("1", -1), ("2", -2), ("2", -2), ("3", -2)]
+    found = way(board, [at("1", -1, 5.0), at("2", -1, 40.0), at("3", -2, 7.0), at("4", -1, 3.0)])
+    assert network.asked == [
+        (("1", -1, 5.0), ("2", -1, 40.0)), (("2", -2, 40.0), ("3", -2, 7.0)), (("3", -3, 7.0), ("4", -1, 3.0))
+    ]  # fmt: skip
+    assert [(each.road, each.lane) for each in found] == [
+        ("1", -1), ("2", -2), ("2", -2), ("3", -3), ("3", -3), ("4", -2)
+    ]  # fmt: skip
 
 
 def test_a_way_is_cut_where_none_leads_on_and_without_a_network_there_is_none() -> None:

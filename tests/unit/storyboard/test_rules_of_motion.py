@@ -360,11 +360,12 @@ def test_what_is_beyond_the_performance_is_told_of_either_sign(before: float, af
 
     action: Any = object.__new__(Stepped)
     action._entity, action._element, action._told = entity, None, False
-    action._board = SimpleNamespace(warn=lambda element, code, text: warned.append(code))
+    action._board = SimpleNamespace(warn=lambda element, code, text: warned.append(f"{code} {text}"))
     assert not action.step(0.01)
     entity.speed = before
     action.step(0.01)
-    assert warned == (["beyond-performance"] if told else [])  # once
+    text = f"A: to be there in time takes {100.0 * abs(after - before):.1f} m/s^2, beyond its Performance"
+    assert warned == ([f"beyond-performance {text}"] if told else [])  # once
     entity.speed, entity.max_speed = before, 10.02
     action.step(0.01)
     assert entity.speed == min(after, 10.02)
@@ -372,7 +373,7 @@ def test_what_is_beyond_the_performance_is_told_of_either_sign(before: float, af
 
 def test_where_no_road_leads_the_way_is_straight() -> None:
     action: Any = object.__new__(Synchronize)
-    here, there = SimpleNamespace(x=3.0, y=-4.0, lateral=None), SimpleNamespace(x=6.0, y=0.0)
+    here, there = SimpleNamespace(x=3.0, y=-5.0, lateral=None), SimpleNamespace(x=6.0, y=-1.0)
     action._board = SimpleNamespace(ground=SimpleNamespace(network=None))
     assert action._way(here, there) == pytest.approx(5.0)
     for along, way_ in ((-40.0, 40.0), (math.nan, 5.0)):

@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from openscenario.storyboard.limits import Limits
-from openscenario.storyboard.speed_curve import Piece, Point, _top, curve, reach, straight, within
+from openscenario.storyboard.speed_curve import Piece, Point, _one_by_one, _top, curve, reach, straight, within
 
 LIMITS = Limits(speed=50.0, up=5.0, down=10.0, rise=4.0, fall=3.0)
 NO_ROOM = ((0.0, 0.0), (0.1, 0.4), (0.2, 0.0), (0.3, 0.4))
@@ -130,6 +130,15 @@ def test_what_is_too_fast_or_too_steep_is_brought_within_the_limits() -> None:
 def test_nothing_follows_what_is_never_reached() -> None:
     points = [(0.0, 5.0), (1.0, 5.0), (2.0, 6.0), (3.0, 5.0)]
     assert within(points, Limits(up=0.0)) == [(0.0, 5.0), (1.0, 5.0), (float("inf"), 6.0)]
+    assert within(points[:3], Limits(down=0.0)) == points[:3]  # to keep a speed is no braking
+
+
+def test_before_what_is_never_reached_all_the_rest_is() -> None:
+    """Braking to 1 m/s in 2 s is allowed, the way up from there is not."""
+    pieces = profile((0.0, 3.0), (2.0, 1.0), (3.0, 5.0), limits=LIMITS._replace(up=0.0))
+    assert (pieces[-2].time, pieces[-2].speed) == (pytest.approx(2.0), 1.0)
+    assert pieces[-1] == Piece(float("inf"), 5.0)
+    held(pieces[:-1])
 
 
 def integral(pieces: list[Piece]) -> float:
@@ -167,7 +176,47 @@ def test_who_is_there_when_it_takes_its_foot_off_does_just_that() -> None:
     assert pieces == [Piece(1.0, 10.0, -2.0, 2.0), Piece(2.0, 9.0), Piece(2.0, 9.0)]
     pieces = reach(Piece(1.0, 10.0, -0.5), 9.9375, 0.5, JERKS)  # 0.5 m/s^2 taken back with 2 m/s^3: 0.25 s
     assert pieces == [Piece(1.0, 10.0, -0.5, 2.0), Piece(1.25, 9.9375), Piece(1.5, 9.9375)]
+    pieces = reach(Piece(1.0, 10.0, 0.5), 10.125, 0.25, JERKS)  # with 1 m/s^3: half a second
+    assert pieces == [Piece(1.0, 10.0, 0.5, -1.0), Piece(1.5, 10.125), Piece(1.5, 10.125)]
     assert reach(Piece(1.0, 10.0), 10.0, 2.0, JERKS) == [Piece(1.0, 10.0), Piece(3.0, 10.0)]
+
+
+def shown(pieces: list[Piece]) -> list[object]:
+    return [pytest.approx((piece.time, piece.speed, piece.acceleration, piece.jerk)) for piece in pieces]
+
+
+def test_a_small_change_takes_the_time_it_is_given() -> None:
+    """With 2 and 1 m/s^3: 0.1 s up to 0.2 m/s^2, 0.3 s of it, 0.2 s back: 0.01 + 0.06 + 0.02 m/s."""
+    pieces = reach(Piece(0.0, 10.0), 10.09, 0.6, JERKS)
+    assert [tuple(piece) for piece in pieces] == shown(
+        [Piece(0.0, 10.0, 0.0, 2.0), Piece(0.1, 10.01, 0.2), Piece(0.4, 10.07, 0.2, -1.0), Piece(0.6, 10.09)]
+    )
+
+
+def test_who_brakes_and_has_no_time_turns_round_as_soon_as_it_can() -> None:
+    """From -1 to 0.2 m/s^2 with 2 m/s^3 in 0.6 s, which costs 0.24 m/s; back with 1 m/s^3 in 0.2 s: 0.02 m/s."""
+    pieces = reach(Piece(0.0, 10.0, -1.0), 9.78, 0.0, JERKS)
+    assert [tuple(piece) for piece in pieces] == shown(
+        [Piece(0.0, 10.0, -1.0, 2.0), Piece(0.6, 9.76, 0.2), Piece(0.6, 9.76, 0.2, -1.0), Piece(0.8, 9.78)]
+    )
+
+
+@pytest.mark.parametrize("duration", [0.0, 5.5, 6.0])
+def test_who_accelerates_more_than_it_may_comes_back_to_what_it_may(duration: float) -> None:
+    """From 6 to 5 m/s^2 with 1 m/s^3: 5.5 m/s in 1 s; back to none in 5 s: 12.5 m/s; the other 22 m/s take 4.4 s. To
+    take back 6 m/s^2 alone needs 6 s, so there is no time for less."""
+    pieces = reach(Piece(0.0, 10.0, 6.0), 50.0, duration, JERKS)
+    assert [tuple(piece) for piece in pieces] == shown(
+        [Piece(0.0, 10.0, 6.0, -1.0), Piece(1.0, 15.5, 5.0), Piece(5.4, 37.5, 5.0, -1.0), Piece(10.4, 50.0)]
+    )
+
+
+def test_one_by_one_each_point_has_its_own_time() -> None:
+    pieces = _one_by_one([(0.0, 10.0), (10.0, 20.0), (20.0, 10.0)], 0.0, JERKS)
+    held(pieces, JERKS)
+    (half,) = [piece for piece in pieces[1:-1] if piece.acceleration == 0.0]
+    assert (half.time, half.speed) == pytest.approx((10.0, 20.0))
+    assert (pieces[-1].time, pieces[-1].speed) == pytest.approx((20.0, 10.0))
 
 
 def test_who_accelerates_too_much_holds_less_for_as_long_as_its_time_is() -> None:
@@ -202,6 +251,8 @@ def test_the_largest_speed_may_lie_within_a_piece() -> None:
     assert _top([Piece(0.0, -4.0, -2.0, 1.0), Piece(4.0, -4.0)]) == pytest.approx(6.0)
     assert _top([Piece(0.0, 4.0, 2.0, -1.0), Piece(1.0, 5.5)]) == pytest.approx(5.5)
     assert _top([Piece(0.0, 9.0, -2.0), Piece(1.0, 7.0), Piece(2.0, 7.0)]) == pytest.approx(7.0)
+    assert _top([Piece(0.0, 4.0, 2.0, -2.0), Piece(2.0, 4.0)]) == pytest.approx(5.0)  # after 1 s
+    assert _top([Piece(0.0, 0.5, -0.1), Piece(1.0, 0.4)]) == pytest.approx(0.4)
 
 
 def test_two_lines_are_rounded_where_they_meet_and_one_alone_is_not() -> None:
@@ -210,6 +261,9 @@ def test_two_lines_are_rounded_where_they_meet_and_one_alone_is_not() -> None:
     assert [piece.acceleration for piece in pieces[1:]] == pytest.approx([2.0, 2.0, 0.0])
     assert [piece.jerk for piece in pieces[2:]] == pytest.approx([-3.0, 0.0])
     assert pieces[-1].speed == pytest.approx(8.0)
+    assert profile((0.0, 0.0), (4.0, 8.0), (8.0, 8.0), limits=LIMITS._replace(speed=8.0)) == pieces  # just so fast
+    more = profile((0.0, 0.0), (2.0, 4.0), (4.0, 8.0), (8.0, 8.0))  # a point on the line is no corner
+    assert [tuple(piece) for piece in more] == shown(pieces)
     alone = profile((0.0, 0.0), (4.0, 8.0))
     assert max(piece.acceleration for piece in alone) > 2.1
 
@@ -226,3 +280,13 @@ def test_a_corner_is_the_parabola_that_touches_both_lines() -> None:
     assert corners[2] == (pytest.approx(8.0 - 0.125), 4.0)
     assert pieces[-1].time == pytest.approx(8.125)
     assert pieces[-1].speed == pytest.approx(4.0)
+
+
+def test_a_corner_bends_the_way_its_lines_do_however_small_it_is() -> None:
+    """2 to 1.5 m/s^2 with -3 m/s^3: 1/6 s; from 1.5 to 1.75 with 4 m/s^3: 1/16 s; back to 0 with -3 m/s^3: 7/12 s."""
+    pieces = profile((0.0, 0.0), (4.0, 8.0), (8.0, 14.0), (12.0, 21.0), (16.0, 21.0), acceleration=2.0)
+    held(pieces)
+    corners = [(piece, after) for piece, after in pairwise(pieces) if piece.jerk != 0.0 and after.time > piece.time]
+    assert [piece.jerk for piece, _ in corners] == [-3.0, 4.0, -3.0]
+    assert [0.5 * (piece.time + after.time) for piece, after in corners] == pytest.approx([4.0, 8.0, 12.0])
+    assert [after.time - piece.time for piece, after in corners] == pytest.approx([1.0 / 6.0, 1.0 / 16.0, 7.0 / 12.0])

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
+
+from openscenario.storyboard.conditions.time_of_day import time_of_day
 
 from .conftest import Make, condition, event, group, lane_position, log, run, speed, story, teleport
 
@@ -32,3 +37,21 @@ def test_the_clock_of_the_environment(make: Make, animation: bool, moment: str, 
     run(board, 3.0)
     times = [time for time, name, what in log(board, "event") if (name, what) == ("e", "startTransition")]
     assert times == ([] if expected is None else [pytest.approx(expected, abs=0.0101)])
+
+
+@pytest.mark.parametrize(
+    ("moment", "time", "holds"),
+    [
+        ("12:00:00.3", 7.2, True),
+        ("12:00:00.3", 7.21, False),
+        ("12:00:00.300002", 7.2, False),
+        ("12:00:00.3", 0.2, False),
+    ],
+)
+def test_a_time_of_day_is_met_to_the_microsecond_in_spite_of_rounding(moment: str, time: float, holds: bool) -> None:
+    """The clock began with 12:00:00.1 at 7 s. In seconds since the year 2000 a double has steps of 0.12 us."""
+    day = SimpleNamespace(animation=True, date_time="2026-01-01T12:00:00.1Z")
+    world = SimpleNamespace(environment=SimpleNamespace(time_of_day=day), environment_since=7.0)
+    element: Any = SimpleNamespace(rule="equalTo", date_time=f"2026-01-01T{moment}Z")
+    scope: Any = SimpleNamespace(board=SimpleNamespace(world=world, time=time))
+    assert time_of_day(element, None, scope)() is holds
