@@ -102,6 +102,8 @@ def test_points_at_one_place_or_time_have_no_acceleration() -> None:
     assert _pace([0.0, 0.0, 4.0], [0.0, 1.0, 2.0], 3.0) == [(0.0, 0.0), (0.0, 8.0)]
     assert _pace([0.0, 5e-7, 4.0], [0.0, 1.0, 2.0], 3.0)[0] == (0.0, 0.0)
     assert _pace([0.0, 2.0, 4.0], [0.0, 0.0, 1.0], 3.0) == [(3.0, 0.0), pytest.approx((3.0, -2.0))]
+    # 3 m in 4 s from 1 m/s: 0.5 m/s at the end, which is no way back
+    assert _pace([0.0, 3.0], [0.0, 4.0], 1.0) == [pytest.approx((1.0, -0.125))]
 
 
 @pytest.mark.parametrize(

@@ -344,8 +344,9 @@ def test_who_stands_at_the_very_place_does_not_close_in() -> None:
 
 @pytest.mark.parametrize(
     ("before", "after", "told"),
-    [(10.0, 10.04, False), (10.0, 10.06, True), (10.0, 9.99, False), (10.0, 9.97, True), (10.0, 10.0, False)],
-)
+    [(10.0, 10.04, False), (10.0, 10.06, True), (10.0, 9.99, False), (10.0, 9.97, True), (10.0, 10.0, False),
+     (10.0, 10.05, False), (10.0, 9.98, False)],
+)  # fmt: skip
 def test_what_is_beyond_the_performance_is_told_of_either_sign(before: float, after: float, told: bool) -> None:
     """In 10 ms: 5 m/s^2 upwards are 0.05 m/s, 2 m/s^2 downwards 0.02 m/s."""
     warned: list[str] = []

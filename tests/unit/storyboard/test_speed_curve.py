@@ -95,10 +95,13 @@ def test_lines_are_stretched_to_the_limits_and_the_later_ones_put_off() -> None:
     ]
 
 
-@pytest.mark.parametrize("limits", [Limits(up=0.0), Limits(rise=0.0), Limits(up=0.0, rise=4.0)])
-def test_what_the_limits_forbid_is_never_reached(limits: Limits) -> None:
+@pytest.mark.parametrize(
+    ("limits", "last"), [(Limits(up=0.0), 20.0), (Limits(rise=0.0), 0.0), (Limits(up=0.0, rise=4.0), 20.0)]
+)
+def test_what_the_limits_forbid_is_never_reached(limits: Limits, last: float) -> None:
+    """The speed that is never reached, or the last one if there can be no change at all."""
     pieces = profile((0.0, 3.0), (1.0, 20.0), (2.0, 0.0), limits=limits)
-    assert pieces[-1].time == float("inf")
+    assert pieces[-1] == Piece(float("inf"), last)
     assert [piece.at(100.0) for piece in pieces[:-1]] == [3.0] * (len(pieces) - 1)
 
 
@@ -125,6 +128,7 @@ def test_what_is_too_fast_or_too_steep_is_brought_within_the_limits() -> None:
     """Backwards 60 is 50 m/s; braked with 10 m/s^2 that takes 5 s, and all that follows comes 4 s later."""
     points = [(1.0, 0.0), (2.0, -60.0), (4.0, -50.0), (10.0, -50.0)]
     assert within(points, LIMITS) == [(1.0, 0.0), (6.0, -50.0), (8.0, -50.0), (14.0, -50.0)]
+    assert within([(0.0, 0.0), (1.0, 2.0)], Limits(up=0.5)) == [(0.0, 0.0), (4.0, 2.0)]
 
 
 def test_nothing_follows_what_is_never_reached() -> None:
