@@ -110,7 +110,7 @@ def _rounded(points: Sequence[Point], acceleration: float, limits: Limits) -> li
         end = begin + turn / jerk
         now = Piece(end, corner.at(end), line.acceleration)
         pieces += [corner, now]
-    if abs(now.acceleration) > SAME or abs(now.speed - points[-1][1]) > SAME or _top(pieces) > limits.speed + SAME:
+    if abs(now.speed - points[-1][1]) > SAME or _top(pieces) > limits.speed + SAME:
         return None
     return pieces
 

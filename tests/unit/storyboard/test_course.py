@@ -200,7 +200,7 @@ def test_without_time_stamps_there_is_no_way_and_no_time() -> None:
 
 
 @pytest.mark.parametrize(
-    ("s", "t"), [(-1.0, 2.0), (0.0, 2.0), (2.5, 3.0), (4.0, 3.6), (10.0, 4.0), (18.0, 5.5), (21.0, 7.0)]
+    ("s", "t"), [(-1.0, 2.0), (0.0, 2.0), (0.5, 2.2), (2.5, 3.0), (4.0, 3.6), (10.0, 4.0), (18.0, 5.5), (21.0, 7.0)]
 )
 def test_the_time_of_a_way_is_the_inverse_of_the_way_of_a_time(s: float, t: float) -> None:
     course = Course(POINTS, TIMES)
