@@ -130,6 +130,11 @@ def test_the_tangent_is_that_of_the_piece(s: float, direction: float) -> None:
     assert Course(POINTS).tangent(s) == pytest.approx(direction)
 
 
+def test_short_pieces_have_directions_of_their_own() -> None:
+    course = Course([(0.0, 0.0, 0.0, 0.9), (0.01, 0.0, 0.0, 0.9), (0.01, 0.01, 0.0, 0.9), (0.01, 0.02, 0.0, 0.9)])
+    assert [course.tangent(s) for s in (0.0, 0.005, 0.015, 0.025)] == pytest.approx([0.0, 0.0, *[0.5 * math.pi] * 2])
+
+
 def test_where_points_coincide_the_tangent_is_that_of_the_piece_before() -> None:
     course = Course(STANDING)
     assert course.tangent(2.0) == pytest.approx(0.0)

@@ -14,6 +14,7 @@ from openscenario.storyboard.conditions.distance import _closing
 from openscenario.storyboard.distances import _seen, box_distance, measure, overlap
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.places import Place
+from openscenario.storyboard.unsupported import Unsupported
 
 from .conftest import Make, lane_position, speed, teleport
 
@@ -88,6 +89,10 @@ def test_along_the_route_both_parts_count_and_what_is_behind_is_negative(board: 
     assert between(board, "A", "B", "alongRoute") == pytest.approx(math.hypot(20.0, 3.5))
     assert between(board, "A", "C", "alongRoute") == pytest.approx(-math.hypot(10.0, 3.5))
     assert between(board, "A", "C", "alongRoute", free=True) == pytest.approx(-math.hypot(5.0, 1.5))
+    for ahead in (0.5, -0.5):
+        there = Place(100.0 + ahead, -5.25, 0.0, 0.0)
+        apart = math.copysign(math.hypot(0.5, 3.5), ahead)
+        assert between(board, "A", lambda place=there: place, "alongRoute") == pytest.approx(apart)
 
 
 @pytest.mark.parametrize("system", [None, "road", "world"])
@@ -107,6 +112,17 @@ def test_a_place_is_a_point(
     assert between(board, "A", there, "lateral", system) == pytest.approx(across)
     straight = between(board, "A", there, None, free=True)
     assert straight == pytest.approx(math.hypot(free, math.copysign(max(abs(across) - 1.0, 0.0), across)))
+
+
+def test_where_no_way_leads_there_is_no_distance_along_it() -> None:
+    here = SimpleNamespace(t=-1.75)
+    ground = SimpleNamespace(position=lambda entity: here, position_of=lambda place: here, turned=lambda a, b: 1.0,
+                             distance=lambda a, b: math.nan)  # fmt: skip
+    apart: Any = SimpleNamespace(network=object(), ground=ground)
+    for kind, found in (("alongRoute", None), ("longitudinal", None), ("lateral", 0.0)):
+        entity: Any = SimpleNamespace(sense=1.0)
+        there = Place(9.0, 0.0, 0.0, 0.0)
+        assert measure(apart, entity, lambda: there, kind=kind, system="road", free=False)() == found
 
 
 def test_who_follows_no_trajectory_has_no_distance_along_it(board: Storyboard) -> None:
@@ -205,6 +221,14 @@ def clear(board: Storyboard, *ranges: tuple[Any, Any], ahead: float = 50.0, behi
     )  # fmt: skip
     scope: Any = SimpleNamespace(board=board)
     return relative_clearance(element, board.entities[entity], scope)()
+
+
+def test_a_name_of_nobody_is_told_before_it_is_asked_for(board: Storyboard) -> None:
+    element: Any = SimpleNamespace(entity_refs=[SimpleNamespace(entity_ref="Z")], free_space=False, distance_forward=9.0,
+                                   opposite_lanes=False, relative_lane_ranges=[], distance_backward=9.0)  # fmt: skip
+    scope: Any = SimpleNamespace(board=board)
+    with pytest.raises(Unsupported, match="no entity of this name"):
+        relative_clearance(element, board.entities["A"], scope)
 
 
 @pytest.mark.parametrize(

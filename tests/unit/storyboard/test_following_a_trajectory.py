@@ -249,6 +249,11 @@ def test_headings_that_look_back_make_it_reverse(make: Make) -> None:
     scene.runner.start()
     scene.runner.step(1.0)
     assert (scene.entity.speed, scene.place()) == (pytest.approx(-1.0), (11.0, 0.0))
+    up = vertices(spot(10.0, 0.0, 0.5 * math.pi), spot(10.0, 3.0, 0.5 * math.pi), times=(0.0, 3.0))
+    scene = Scene(make, up, RELATIVE)
+    scene.runner.start()
+    scene.runner.step(1.0)
+    assert (scene.entity.speed, scene.place()) == (pytest.approx(1.0), (10.0, 1.0))
     ignoring = Scene(make, back, RELATIVE)
     ignoring.entity.properties = SimpleNamespace(get={"ignoreHeadingForTrajMotion": "true"}.get)  # type: ignore[assignment]
     ignoring.runner.start()

@@ -62,7 +62,8 @@ def test_without_a_way_a_place_along_it_is_where_it_begins(monkeypatch: pytest.M
     monkeypatch.setattr(routes, "way", lambda board, places: ())
     board: Any = SimpleNamespace(network=SimpleNamespace(lane_t=lambda road, lane, s: -1.75))
     inside: Any = model.PositionInRoadCoordinates(path_s=30.0, t=-1.0)
-    assert along_route(board, [at("4", -1, 12.0)], inside) == RoadPoint("4", -1, 12.0, 0.75)
+    places = [at("4", -1, 12.0), at("7", -2, 3.0)]
+    assert along_route(board, places, inside) == RoadPoint("4", -1, 12.0, 0.75)
 
 
 class Network:

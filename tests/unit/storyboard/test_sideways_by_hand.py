@@ -286,6 +286,21 @@ def test_an_offset_from_another_one_is_to_its_left(sense: float, wanted: float) 
     assert offsetter(entity, Board(), 1.0)._wanted() == 1.0
 
 
+@pytest.mark.parametrize(
+    ("name", "continuous", "target"), [("B", True, 1.5), ("B", False, 1.0), ("A", True, 1.0), ("A", False, 1.0)]
+)
+def test_who_is_followed_moves_the_target_and_an_offset_from_oneself_is_taken_once(
+    name: str, continuous: bool, target: float
+) -> None:
+    """1 m to the left of who is named, who then goes half a metre to the left."""
+    entity, other = driving(), driving("B")
+    action = offsetter(entity, Board(A=entity, B=other), 1.0, name, limit=1.5, continuous=continuous)
+    assert not action.start()
+    entity.offset = other.offset = 0.5
+    assert not action.step(0.1)
+    assert action._change.target == target
+
+
 def test_it_moves_along_its_shape_from_where_the_step_begins() -> None:
     """A cubic over 2 s and 1 m: after 1 s half of it, at 0.75 m/s; at 10 m/s it heads atan(0.075)."""
     entity = driving()

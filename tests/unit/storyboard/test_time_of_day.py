@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from openscenario.storyboard.conditions.time_of_day import time_of_day
+from openscenario.storyboard.unsupported import Unsupported
 
 from .conftest import Make, condition, event, group, lane_position, log, run, speed, story, teleport
 
@@ -55,3 +56,9 @@ def test_a_time_of_day_is_met_to_the_microsecond_in_spite_of_rounding(moment: st
     element: Any = SimpleNamespace(rule="equalTo", date_time=f"2026-01-01T{moment}Z")
     scope: Any = SimpleNamespace(board=SimpleNamespace(world=world, time=time))
     assert time_of_day(element, None, scope)() is holds
+
+
+def test_a_text_that_is_no_date_and_time_is_told() -> None:
+    element: Any = SimpleNamespace(rule="equalTo", date_time="at noon")
+    with pytest.raises(Unsupported, match="not a date and time"):
+        time_of_day(element, None, SimpleNamespace(board=None))  # type: ignore[arg-type]
