@@ -119,9 +119,9 @@ def test_where_no_way_leads_there_is_no_distance_along_it() -> None:
     ground = SimpleNamespace(position=lambda entity: here, position_of=lambda place: here, turned=lambda a, b: 1.0,
                              distance=lambda a, b: math.nan)  # fmt: skip
     apart: Any = SimpleNamespace(network=object(), ground=ground)
+    entity: Any = SimpleNamespace(sense=1.0)
+    there = Place(9.0, 0.0, 0.0, 0.0)
     for kind, found in (("alongRoute", None), ("longitudinal", None), ("lateral", 0.0)):
-        entity: Any = SimpleNamespace(sense=1.0)
-        there = Place(9.0, 0.0, 0.0, 0.0)
         assert measure(apart, entity, lambda: there, kind=kind, system="road", free=False)() == found
 
 
@@ -224,8 +224,8 @@ def clear(board: Storyboard, *ranges: tuple[Any, Any], ahead: float = 50.0, behi
 
 
 def test_a_name_of_nobody_is_told_before_it_is_asked_for(board: Storyboard) -> None:
-    element: Any = SimpleNamespace(entity_refs=[SimpleNamespace(entity_ref="Z")], free_space=False, distance_forward=9.0,
-                                   opposite_lanes=False, relative_lane_ranges=[], distance_backward=9.0)  # fmt: skip
+    element: Any = SimpleNamespace(entity_refs=[SimpleNamespace(entity_ref="Z")], relative_lane_ranges=[], free_space=False,
+                                   opposite_lanes=False, distance_forward=9.0, distance_backward=9.0)  # fmt: skip
     scope: Any = SimpleNamespace(board=board)
     with pytest.raises(Unsupported, match="no entity of this name"):
         relative_clearance(element, board.entities["A"], scope)
