@@ -224,11 +224,12 @@ def clear(board: Storyboard, *ranges: tuple[Any, Any], ahead: float = 50.0, behi
 
 
 def test_a_name_of_nobody_is_told_before_it_is_asked_for(board: Storyboard) -> None:
-    element: Any = SimpleNamespace(entity_refs=[SimpleNamespace(entity_ref="Z")], relative_lane_ranges=[], free_space=False,
-                                   opposite_lanes=False, distance_forward=9.0, distance_backward=9.0)  # fmt: skip
-    scope: Any = SimpleNamespace(board=board)
+    element: Any = SimpleNamespace(
+        entity_refs=[SimpleNamespace(entity_ref="Z")], relative_lane_ranges=[], free_space=False, opposite_lanes=False,
+        distance_forward=9.0, distance_backward=9.0,
+    )  # fmt: skip
     with pytest.raises(Unsupported, match="no entity of this name"):
-        relative_clearance(element, board.entities["A"], scope)
+        relative_clearance(element, board.entities["A"], SimpleNamespace(board=board))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
