@@ -106,6 +106,7 @@ def test_a_servo_moves_as_a_damped_inertia_on_a_spring_would(damping: float) -> 
     through = Applied(steer_servo)
     x = through(bus(steer=0.2, steer_lead=0.05))
     assert (x.steer, x.steer_lead, through.memory.d, x.steer_glides) == (0.2, 0.05, pytest.approx(0.15), 0.0)
+    assert through.memory.rate == 0.0  # a servo that sets in on the way begins at rest
 
 
 def test_a_long_step_brings_a_servo_to_rest() -> None:
@@ -241,6 +242,17 @@ def test_it_breaks_away_when_a_gliding_command_has_gone_its_width() -> None:
     found = sticking()
     x = found(bus(steer=0.05, steer_lead=-0.05, vx=3.0, steer_glides=1.0))
     assert (x.steer, ends(x)[0], found.memory.d) == pytest.approx((0.5 * 0.075, 0.0, 0.1))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_wheels_that_stick_on_one_side_break_away_towards_the_command(sign: float) -> None:
+    """At 0.3; within a step the command goes from 0.28 to 0.2: 3/8 of it are over at 0.25, which is 0.05 off; then its
+    mean is 0.225."""
+    found = Applied(steer_sticking, width=0.05)
+    found(bus(steer=sign * 0.3, vx=0.0))
+    x = found(bus(steer=sign * 0.24, steer_lead=sign * 0.04, vx=3.0, steer_glides=1.0))
+    mean = 0.375 * 0.3 + 0.625 * 0.225
+    assert (x.steer, ends(x)[0], found.memory.d) == pytest.approx((sign * mean, sign * 0.3, sign * 0.2))
 
 
 def test_a_command_beyond_its_width_at_the_start_of_a_step_frees_it() -> None:

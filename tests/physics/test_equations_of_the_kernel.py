@@ -344,6 +344,19 @@ def test_what_a_restart_does_not_know_runs_on(plain: Plain) -> None:
     assert {name: getattr(x, name) for name in MOTION} == MOTION
 
 
+def test_of_a_state_only_what_is_known_is_taken(plain: Plain) -> None:
+    x = bus(**MOTION)
+    plain("_restart")(x, np.array([NAN, NAN, NAN, NAN, 0.7, NAN]))
+    assert (x.vy_rear, x.yaw_rate) == (0.7, 0.5)
+    assert x.vy == pytest.approx(0.7 + B * 0.5)
+    x = bus(**MOTION)
+    plain("_restart")(x, np.array([NAN, 20.0, NAN, NAN, NAN, 0.9]))
+    assert (x.x, x.y, x.yaw, x.vy_rear, x.yaw_rate) == (1.0, 20.0, 0.3, 0.2, 0.9)
+    x = bus(**MOTION)
+    plain("_restart")(x, np.array([10.0, NAN, 1.0, NAN, NAN, NAN]))
+    assert (x.x, x.y, x.yaw, x.vx) == (10.0, 2.0, 1.0, 4.0)
+
+
 def test_lateral_motion_runs_on_in_proportion_to_the_speed(plain: Plain) -> None:
     x = bus(**MOTION)
     plain("_restart")(x, np.array([NAN, NAN, NAN, 6.0, NAN, NAN]))

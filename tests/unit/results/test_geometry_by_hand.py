@@ -181,6 +181,16 @@ def test_boxes_of_half_a_metre_meet_at_half_a_metre(along: float, across: float,
     assert least_time(np.arange(2.0), np.array([small] * 2), np.array([other] * 2), 10.0)[0] == expected
 
 
+@pytest.mark.parametrize(("gap", "expected"), [(0.70, 0.0), (0.71, math.inf)])
+@pytest.mark.parametrize(("along", "across"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_boxes_of_half_a_metre_on_their_corners_meet_at_their_diagonal(
+    along: float, across: float, gap: float, expected: float
+) -> None:
+    """sqrt(0.5) m, farther than the side; in metres the square of such a number is less than the number."""
+    small, other = (box(far * along, far * across, 0.5 * QUARTER, 0.5, 0.5) for far in (0.0, gap))
+    assert least_time(np.arange(2.0), np.array([small] * 2), np.array([other] * 2), 10.0)[0] == expected
+
+
 @pytest.mark.parametrize(("gap", "expected"), [(4.0, 0.0), (4.01, math.inf)])
 def test_boxes_that_just_touch_at_one_time(gap: float, expected: float) -> None:
     t = np.arange(2.0)

@@ -26,6 +26,14 @@ def test_a_line_has_a_point_each_stride_of_the_way_and_the_time_at_which_it_was_
     assert at[after] == pytest.approx(4.0 + grid[after] / 2.0, abs=1e-6)
 
 
+def test_where_a_car_stood_it_was_when_it_arrived() -> None:
+    """From the start to 3 s at 0, from 4 s to 6 s a stride further on, both places of the grid."""
+    x = STRIDE * np.interp(times(), [0.0, 3.0, 4.0, 6.0, 10.0], [0.0, 0.0, 1.0, 1.0, 3.5])
+    at, points = _line(log_of(columns={"x": x, "y": 0.0}))
+    assert points[:, 0] == pytest.approx(STRIDE * np.arange(4.0))
+    assert at == pytest.approx([0.0, 4.0, 6.0 + 4.0 / 2.5, 6.0 + 8.0 / 2.5], abs=1e-6)
+
+
 def test_rows_without_a_place_are_left_out_of_a_line_and_two_are_needed() -> None:
     t = times()
     x = np.where((t > 2.0) & (t < 4.0), np.nan, t)

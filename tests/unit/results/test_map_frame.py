@@ -1,7 +1,9 @@
-"""No figure of a drive depends on where the map has its origin, which way its axes point, and which side is left."""
+"""No figure of a drive depends on where the map has its origin, which way its axes point, which side is left, and when
+the clock began."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import cache
 
@@ -92,6 +94,45 @@ def test_the_scene_has_something_to_tell() -> None:
     """Else a figure could be the same because it is nought."""
     found = {name: compute(name, scene(0.0), **OPTIONS.get(name, {})).value for name in (*DRIVE, *TRACKS)}
     assert all(value is not None and value > 0.0 for name, value in found.items()), found
+
+
+COMFORT = ("max_jerk", "max_acceleration", "max_deceleration", "accel_roughness", "steer_roughness", "max_steer_rate",
+           "max_lateral_acceleration", "max_lateral_jerk", "max_yaw_rate", "repeated_commands", "response_lag",
+           "response_gain", "creep")  # fmt: skip
+
+
+@cache
+def restless() -> Log:
+    """A car that speeds up and down, stops and steers, with commands from 1 s on, of steps of 0.05 s."""
+    t = times()
+    v = np.maximum(4.0 + 3.0 * np.sin(t) - 0.4 * t, 0.0) + 0.001 * np.sin(40.0 * t)
+    asked = np.where(t < 1.0, np.nan, 0.1 * np.sin(np.floor(t / 0.05 + 1e-6) * 0.1))
+    steer, rate = 0.1 * np.sin(2.0 * t - 0.4), 0.2 * np.sin(2.0 * t)
+    return log_of(columns={"v": v, "vx": v, "x": np.cumsum(v) * 0.01, "steer": steer, "yaw_rate": rate,
+                           "vy": 0.1 * np.cos(t), "steer_cmd": asked, "accel_cmd": 8.0 * asked})  # fmt: skip
+
+
+def later(log: Log, by: float) -> Log:
+    """The same drive on a clock that began earlier by some time [s]."""
+    objects = {name: dataclasses.replace(one, t=one.t + by) for name, one in log.objects.items()}
+    return dataclasses.replace(
+        log, columns={**log.columns, "t": log.t + by}, objects=objects,
+        detections=dataclasses.replace(log.detections, t=log.detections.t + by),
+        events=tuple(dataclasses.replace(event, t=event.t + by) for event in log.events),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*DRIVE, *TRACKS, *COMFORT])
+def test_a_figure_is_the_same_whenever_the_clock_began(name: str) -> None:
+    log = restless() if name in COMFORT else scene(0.0)
+    here, there = (compute(name, one, **OPTIONS.get(name, {})) for one in (log, later(log, 64.0)))
+    assert here.valid, here.reason
+    assert here.value is not None
+    assert there.value == pytest.approx(here.value, rel=1e-5, abs=1e-9)
+    assert there.object == here.object
+    assert there.extra == pytest.approx(here.extra, rel=1e-5, abs=1e-9)
+    if here.t is not None and name not in TRACKS:  # tracks: errors that are the same at several times
+        assert there.t == pytest.approx(here.t + 64.0, abs=1e-6)
 
 
 def turned(boxes: FloatArray, turn: float) -> FloatArray:

@@ -30,7 +30,7 @@ from pytest_dvp.verdicts.model_gate import read_model_gate
 from pytest_dvp.verdicts.result_text import _no_verdict
 from pytest_dvp.verdicts.scenario_gates import check_beside
 from pytest_dvp.verdicts.silent_events import storyboard_verdict, without_optional
-from pytest_dvp.verdicts.verdict_changes import GateChange, change_lines
+from pytest_dvp.verdicts.verdict_changes import GateChange, change_lines, gates_on
 
 # --- a line
 
@@ -317,6 +317,16 @@ def test_a_bound_that_changes_its_verdict_is_told_with_its_unit(unit: str, told:
     assert [change.changed for change in changes] == [True, False]
 
 
+def test_only_gates_of_a_model_that_hold_a_log_against_this_file_are_on_it(tmp_path: Path) -> None:
+    """Not a metric of somebody's own with an option of this name, and no gate that names no model."""
+    model = tmp_path / "car.toml"
+    gates = [Gate(metric, max=1.0, options=options) for metric, options in (
+        ("open_loop_error", {"signal": "v", "model": str(tmp_path / "." / "car.toml")}), ("own", {"model": str(model)}),
+        ("model_lag", {"signal": "v"}), ("model_lag", {"signal": "v", "model": str(tmp_path / "other.toml")}),
+        ("model_gain", {"signal": "v", "model": str(model)}))]  # fmt: skip
+    assert gates_on(gates, model) == [gates[0], gates[4]]
+
+
 @pytest.mark.parametrize("missing", ["length", "width"])
 @pytest.mark.parametrize("size", [0.0, -1.0])
 def test_an_ego_without_length_or_width_has_no_box(missing: str, size: float) -> None:
@@ -343,6 +353,10 @@ def test_what_is_wrong_with_a_gate_on_a_model_is_told_with_its_key(tmp_path: Any
         ("bound", 7, "gate[1].rmse"),
         ("bound", 7, "gate[1].rmse"),
     ]
+    found.clear()  # what is wrong with one kind hides nothing of the next one
+    table = {"model": "car.toml", "rmse": 0.3, "lag": {"speed": 0.1}}
+    assert read_model_gate(table, "gate[1]", 3, lines, file, find, lambda *_: None) == []
+    assert found == [("bound", 7, "gate[1].rmse"), ("signal", 8, "gate[1].lag")]
     table = {"model": "car.toml", "rmse": {"v": 0.3}, "mncc": {"v": 0.9}, "lag": 0.1}
     gates = read_model_gate(table, "gate[1]", 3, lines, file, find, lambda *_: None)
     assert [(g.metric, g.min, g.max, g.options["signal"], g.line) for g in gates] == [

@@ -18,7 +18,7 @@ from vehicle.model.declared_parameter import Declaration
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import effects_of_file
 from vehicle.model.effects.detection_range import detection_range
-from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.errors import ModelError, is_misspelt, nearest_name
 from vehicle.model.model_file import _Lines, parse_model
 from vehicle.model.model_file_edit import edited_text
 from vehicle.model.occlusion import hidden_share
@@ -100,6 +100,24 @@ def test_an_error_is_one_line_of_what_is_known(more: dict[str, Any], text: str) 
 def test_the_nearest_name_looks_at_no_case() -> None:
     assert nearest_name("STEER_LAG", ["steer_lag", "steer_delay"]) == "steer_lag"
     assert nearest_name("xyz", ["steer_lag"]) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "misspelt"),
+    [
+        ("brake_lag", True), ("Brake_LAG", True),
+        ("rake_lag", True), ("brake_la", True), ("brakelag", True),  # a letter left out: the first, the last, another
+        ("brrake_lag", True), ("brake_laag", True),  # one put in
+        ("xbrake_lag", False), ("brake_lag2", False),  # before or behind it: a name of its own
+        ("xrake_lag", True), ("brake_lax", True), ("bruke_lag", True),  # one exchanged
+        ("xrake_lax", False), ("bxxke_lag", False),  # two are no slip
+        ("rbake_lag", True), ("brake_lga", True), ("brkae_lag", True),  # neighbours
+        ("krabe_lag", False), ("brabe_kag", False),  # no neighbours
+        ("brae_lg", False), ("brraake_lag", False), ("", False),
+    ],
+)  # fmt: skip
+def test_one_slip_misspells_a_name(name: str, misspelt: bool) -> None:
+    assert is_misspelt(name, "brake_lag") is misspelt
 
 
 # --- data sheet

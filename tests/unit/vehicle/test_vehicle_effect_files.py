@@ -8,9 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core.errors import NumbaError
 
 from vehicle.messages import TRACE_COLUMNS, VehicleState
-from vehicle.model.effect_catalogue import effects_of_file
+from vehicle.model import effect_compiler
+from vehicle.model.effect_catalogue import effects_of_file, find_effect
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
 from vehicle.model.plant import Plant
@@ -118,6 +120,20 @@ def test_a_function_that_does_not_compile_is_a_model_error_naming_effect_and_fil
     assert "magnet" in str(caught.value)
     assert str(file) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_of_a_long_reason_why_a_function_does_not_compile_the_first_300_letters_are_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On one line: what numba says has many."""
+
+    def refuse(*asked: object) -> None:
+        raise NumbaError("no\n  way " + 400 * "x")
+
+    monkeypatch.setattr(effect_compiler, "compiled_callback", refuse)
+    with pytest.raises(ModelError) as caught:
+        effect_compiler.compiled.__wrapped__(find_effect("steer_lag"))
+    assert caught.value.text == "effect cannot be compiled: no way " + 293 * "x"
 
 
 def test_a_file_without_effects_and_a_missing_one_are_model_errors(tmp_path: Path) -> None:
