@@ -128,6 +128,18 @@ def test_a_time_to_collision_at_the_critical_one_is_not_below_it() -> None:
 
 
 @pytest.mark.parametrize(
+    ("x", "y", "hit"), [(0.0, 1.9, 1.0), (0.0, -1.9, 1.0), (0.0, 2.1, 0.0), (3.9, 0.0, 1.0), (4.1, 0.0, 0.0)]
+)
+def test_who_is_hit_is_told_by_the_sizes_of_both_boxes_and_not_by_where_they_go(x: float, y: float, hit: float) -> None:
+    """The ego covers 0 to 2 m along and 1 m to each side, the other one 2 m and 1 m from its middle at x. It comes from
+    ahead at 9 m/s, and the ego goes on at 3 m/s: the log has them a quarter of a second at this place."""
+    at = 0.25 * np.arange(2.0)
+    log = log_of(0.25, columns={"v": 3.0, "vx": 3.0}, meta={"ego": EGO}, objects={"a": track(at, x, y, vx=-9.0)})
+    found = compute("collision", log)
+    assert (found.value, found.t, found.object) == ((1.0, 0.0, "a") if hit else (0.0, None, ""))
+
+
+@pytest.mark.parametrize(
     ("name", "option", "says"),
     [
         ("max_ttc_inverse", "resolution", "the resolution must be greater than 0"),
@@ -159,22 +171,39 @@ def test_each_detection_of_a_moving_road_user_has_its_own_delay() -> None:
     assert sorted(set(found.series.value.round(9).tolist())) == [0.2, 0.5]
 
 
+# --- motion
+
+
+@pytest.mark.parametrize("slides", [None, np.nan, 0.5])
+def test_sideslip_counts_where_it_was_measured_throughout(slides: float | None) -> None:
+    """4 m/s and 0.3 rad/s make 1.2 m/s^2; a sideslip that grows by 0.5 m/s^2 is that much more."""
+    t = times()
+    columns = {"t": t, "v": np.full(len(t), 4.0), "yaw_rate": np.full(len(t), 0.3)}
+    if slides is not None:
+        columns["vy"] = np.where(t < 5.0, 0.5, slides) * t
+    expected = 1.7 if slides == 0.5 else 1.2
+    assert compute("max_lateral_acceleration", Log(columns)).value == pytest.approx(expected)
+
+
 # --- models
 
 
 @pytest.mark.parametrize(
-    ("rest", "t"), [([np.nan, -3.0, 2.0], 0.5), ([1.0, np.nan, 2.0], 1.0), ([np.nan, np.nan, np.nan], None)]
+    ("rest", "t", "place"),
+    [([np.nan, -3.0, 2.0], 0.5, "braking"), ([1.0, np.nan, 2.0], 1.0, ""), ([np.nan, np.nan, np.nan], None, "")],
 )
 def test_an_open_loop_error_is_worst_where_most_is_left_either_way(
-    rest: list[float], t: float | None, monkeypatch: pytest.MonkeyPatch, tmp_path: Any
+    rest: list[float], t: float | None, place: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any
 ) -> None:
     found: Any = SimpleNamespace(t=np.array([0.0, 0.5, 1.0]), residuals={"v": np.array(rest)}, where=())
     monkeypatch.setattr(model_match, "_compared", lambda *given: found)
     judged = SimpleNamespace(value=0.7, unit="m/s")
     monkeypatch.setattr(match_bounds, "judge_bounds", lambda comparison, bounds: [judged])
-    monkeypatch.setattr(words, "worst_place", lambda where, signal: None)
+    places = {"v": place}
+    monkeypatch.setattr(words, "worst_place", lambda where, signal: places[signal])
+    monkeypatch.setattr(words, "sentence", lambda found: f"most in {found}")
     file = tmp_path / "car.toml"
     file.write_text("")
     error, lag = (compute(name, log_of(), model=str(file), signal="v") for name in ("open_loop_error", "model_lag"))
-    assert (error.value, error.t, error.unit) == (0.7, t, "m/s")
+    assert (error.value, error.t, error.unit, error.object) == (0.7, t, "m/s", place and f"most in {place}")
     assert (lag.value, lag.t, lag.unit) == (0.7, t, "s")

@@ -26,7 +26,7 @@ from pytest_dvp.metrics.responsibility import _seen, safe_lateral, safe_longitud
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
 from pytest_dvp.verdicts import judging, stage_table, stage_table_text
 from pytest_dvp.verdicts.gate import Gate, GateFile
-from pytest_dvp.verdicts.model_gate import read_model_gate
+from pytest_dvp.verdicts.model_gate import model_file, read_model_gate
 from pytest_dvp.verdicts.result_text import _no_verdict
 from pytest_dvp.verdicts.scenario_gates import check_beside
 from pytest_dvp.verdicts.silent_events import storyboard_verdict, without_optional
@@ -315,6 +315,23 @@ def test_a_bound_that_changes_its_verdict_is_told_with_its_unit(unit: str, told:
     assert "FAIL 1.5" in lines[2]
     assert lines[3].count("INCONCLUSIVE") == 2
     assert [change.changed for change in changes] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        *((name, "model must be a file beside or below the gate file")
+          for name in ("/car.toml", "../car.toml", "a/../car.toml", "a\\car.toml", "car.toml\0")),
+        *((name, "model must be the name of a file") for name in (None, 3, "", "  ")), ("a", "no such model file"),
+        ("none.toml", "no such model file"),
+    ],
+)  # fmt: skip
+def test_a_model_is_named_beside_or_below_its_gates(name: object, says: str, tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    for good in ("car.toml", "a/car.toml"):
+        (tmp_path / good).write_text("")
+        assert model_file(good, tmp_path) == tmp_path / good
+    assert model_file(name, tmp_path) == says
 
 
 def test_only_gates_of_a_model_that_hold_a_log_against_this_file_are_on_it(tmp_path: Path) -> None:

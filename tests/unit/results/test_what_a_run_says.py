@@ -69,6 +69,21 @@ def test_a_failure_in_full() -> None:
     ]
 
 
+def test_what_nobody_asked_for_fails_no_choice_of_gates() -> None:
+    """And a run that is not PASS is told, even where no verdict says why."""
+    run = result(verdict("a"), verdict("b", "FAIL"))
+    assert failure(run, ["a"]) is None
+    assert str(failure(run, ["b"])).startswith("b short\n")
+    assert str(failure(run)).startswith("b short\n")
+    assert str(failure(run, ["a", "c"])).startswith("INCONCLUSIVE: no gate on c")
+    assert str(failure(result(verdict("a")))).startswith("FAIL: no gate was judged")
+    assert failure(result(verdict("a"), status="PASS")) is None
+    # Events that all fired, of which no choice gets rid, are no gate that somebody has chosen.
+    events = result(verdict("events_fired"), status="PASS")
+    assert failure(events) is failure(events, ["events_fired"]) is None
+    assert str(failure(events, [])).startswith("INCONCLUSIVE: no gate was judged")
+
+
 def test_a_short_failure_says_no_more_than_it_has() -> None:
     assert failure(result(verdict("a", "FAIL"), verdict("b", "FAIL"))) == (
         "a short\n  FAIL a message\n  FAIL b message\n  0 of 2 gates passed; a.xosc, stage dt, seed 3\n"
