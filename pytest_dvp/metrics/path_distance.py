@@ -27,7 +27,7 @@ def path_distance(model: Log, measured: Log) -> Measured:
     t, points = _line(measured)
     offsets = lateral_offsets(points[:, 0].copy(), points[:, 1].copy(), line)
     known = np.isfinite(offsets) & (np.interp(t, measured.t, lost_fix(measured.columns).astype(np.float64)) == 0.0)
-    if len(line) < 2 or known.mean() < LEAST:
+    if known.mean() < LEAST:
         raise Undefined(f"only {100 * known.mean():.0f} % of the measured path lie beside the model's")
     worst = int(np.argmax(np.where(known, np.abs(offsets), -1.0)))
     rms = float(np.sqrt(np.mean(offsets[known] ** 2)))
