@@ -12,6 +12,7 @@ from vehicle.model.errors import ModelError
 from vehicle.model.model_file import model_text, parse_model
 from vehicle.model.model_file_edit import edited_text
 from vehicle.model.remainder import CHANNEL_UNITS, REGIME_NAMES
+from vehicle.model.remainder_shape import STEEPEST
 
 CAR = '[parameters]\nwheelbase = 2.5\n\n[[effect]]\nname = "steer_delay"\nparameters.T = 0.1\n'
 SHAPE = "[remainder.memory]\nyaw_rate = 0.16\n[remainder.imitates]\ndrive_gain.g = 0.005\nsteer_assist.g = 0.1\n"
@@ -106,3 +107,23 @@ def test_a_misspelt_table_is_told_with_the_nearest_name() -> None:
     text = f"{CAR}[remainder]\nv.cruise = 1.0\n[remainder.roads]\nslopes = 0.06\n"
     with pytest.raises(ModelError, match=r"unknown channel or table \(found roads; .*road\); did you mean 'road'"):
         parse_model(text, "m.toml")
+
+
+def test_what_is_just_allowed_and_just_not() -> None:
+    """Nothing may be left of a channel; a limit of nought would forbid every motion. A slope may be as steep as
+    5 m/s^2, and an effect of somebody's own may have a name that only begins like one of ours."""
+    head = f"{CAR}[remainder]\n"
+    assert parse_model(f"{head}ax.braking = 0\n").remainder == {"ax": {"braking": 0.0}}
+    shape = parse_model(
+        f"{head}road.slopes = {STEEPEST}\nimitates.brake_lag2.tau = 0.0\nlimits.jerk_limit.limit = 0.1\n"
+    ).remainder_shape
+    assert (shape.slopes, shape.imitates) == (STEEPEST, {"brake_lag2": {"tau": 0.0}})
+    assert shape.limits == {"jerk_limit": {"limit": 0.1}}
+    for wrong, says in (
+        (f"road.slopes = {STEEPEST + 0.01}", "road.slopes: value not allowed"),
+        ("limits.jerk_limit.limit = 0", "found 0; allowed: more than 0"),
+        ("imitates.brke_lag.tau = 1", "unknown effect"),
+        ("unseen.jerk_limit.limit = 0", "found 0; allowed: more than 0"),
+    ):  # fmt: skip
+        with pytest.raises(ModelError, match=says):
+            parse_model(f"{head}{wrong}\n")
