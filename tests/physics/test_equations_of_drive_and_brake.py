@@ -32,7 +32,7 @@ MEAN = 1.0 - GONE * 0.4 / DT  # ... and on the mean of it
 
 @pytest.mark.parametrize(
     ("effect", "key", "accel", "lead"),
-    [(drive_gain, "g", 2.0, 0.5), (brake_gain, "g", -2.0, 0.5)],
+    [(drive_gain, "g", 2.0, 0.5), (drive_gain, "g", 0.5, 0.25), (brake_gain, "g", -2.0, 0.5)],
 )  # fmt: skip
 def test_a_gain_acts_on_its_own_sign(effect: object, key: str, accel: float, lead: float) -> None:
     x = applied(effect, bus(accel=accel, accel_lead=lead), **{key: 0.8})  # type: ignore[arg-type]

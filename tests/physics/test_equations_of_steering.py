@@ -172,6 +172,15 @@ def test_a_command_that_jumps_within_a_step_takes_the_linkage_along_at_its_end()
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_command_that_jumps_by_just_the_width_within_a_step_takes_the_linkage_along(sign: float) -> None:
+    """From 0 to 1/16 within the step, which is the width: the linkage is there at its end, 1/32 on the mean."""
+    stuck = Applied(steer_stiction, width=0.0625)
+    stuck(bus(steer=0.0))
+    x = stuck(bus(steer=sign * 0.03125, steer_lead=sign * -0.03125))
+    assert (x.steer, x.steer_lead, stuck.memory.d) == (sign * 0.03125, sign * -0.03125, sign * 0.0625)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_command_that_glides_drags_the_linkage_along_in_jumps(sign: float) -> None:
     """From 0 to 0.2 with a width of 0.08: jumps to 0.08 and 0.16 at 0.4 and 0.8 of the step."""
     stuck = Applied(steer_stiction, width=0.08)
