@@ -68,6 +68,13 @@ def test_an_effect_is_taken_out_with_its_own_comment_only() -> None:
     assert text == FILE[:first] + FILE[last:]
 
 
+def test_the_last_effect_is_taken_out_with_the_comments_below_it() -> None:
+    """No head comes that they could be about."""
+    car = "[parameters]\nmass = 800.0\nwheelbase = 2.36\n\n"
+    last = '# the brakes\n[[effect]]\nname = "brake_lag"\nparameters = { tau = 0.1 }\n# from the data sheet\n'
+    assert edited_text(car + last, parse_model(car)) == car
+
+
 def test_a_comment_beside_a_number_that_changed_says_which_number_it_is_about() -> None:
     text = edited_text(FILE, parse_model(FILE).with_car({"mass": 850.0}))
     assert text is not None
