@@ -262,3 +262,23 @@ def test_of_a_model_that_is_not_there_200_characters_are_told(length: int, told:
     for bounds in ("rmse = { v = 0.3 }", "metric = 'open_loop_error'\nsignal = 'v'\nmax = 0.3"):
         (finding,) = check_gates(write(file, gate(f"model = '{name}'\n{bounds}")))
         assert (finding.code, finding.line, finding.found) == ("dvp.gates.model", 2, name[:told])
+
+
+@pytest.mark.parametrize(("length", "told"), [(79, 79), (80, 80), (81, 80), (300, 80)])
+def test_of_a_metric_that_is_not_known_80_characters_are_told(length: int, told: int, file: Path) -> None:
+    (finding,) = check_gates(write(file, gate(f"metric = '{'x' * length}'\nmax = 1")))
+    assert (finding.code, finding.text) == ("dvp.gates.unknown_metric", f"unknown metric '{'x' * told}'")
+    assert "max_jerk" in finding.allowed.split(", ")  # near to none, so all are named
+
+
+@pytest.mark.parametrize(
+    ("signal", "allowed", "hint"),
+    [("yaw_rat", "", "did you mean 'yaw_rate'?"), ("gap", "x, y, yaw, v, yaw_rate, ax, ay, steer", "")],
+)
+def test_of_a_signal_that_a_model_does_not_have_the_nearest_is_named_or_else_all(
+    signal: str, allowed: str, hint: str, file: Path
+) -> None:
+    (file.parent / "car.toml").write_text("[parameters]\nwheelbase = 2.5\n", encoding="utf-8")
+    (finding,) = check_gates(write(file, gate(f"model = 'car.toml'\nrmse = {{ {signal} = 0.3 }}")))
+    assert (finding.code, finding.line, finding.text) == ("dvp.gates.signal", 3, f"unknown signal '{signal}'")
+    assert (finding.allowed, finding.hint) == (allowed, hint)
