@@ -20,6 +20,7 @@ from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.traffic_light import _lights, is_green, is_red, red_light, start_up_delay, stop_line
 
 QUARTER = 0.5 * math.pi
+BESIDE = 2.0 + 0.5 * EDGE_TOLERANCE
 
 # --- lines
 
@@ -74,6 +75,13 @@ def test_an_offset_is_that_of_the_nearest_of_all_segments(speed: float) -> None:
     found = np.abs(lateral_offsets(x, y, line))
     assert found[np.isfinite(found)] == pytest.approx(least[np.isfinite(found)])
     assert np.isfinite(found).any()
+
+
+def test_a_line_is_read_up_to_its_last_point_and_no_further() -> None:
+    """Compiled code would not notice: it reads whatever stands behind in memory. Plain Python says it."""
+    plain = getattr(lateral_offsets, "py_func", lateral_offsets)
+    line = np.array([[0.0, 0.0], [10.0, 0.0]])
+    assert plain(np.array([5.0]), np.array([-2.0]), line).tolist() == [-2.0]
 
 
 # --- boxes of 4 m by 2 m
@@ -174,6 +182,23 @@ def test_a_corner_still_touches_an_edge_as_far_beyond_its_end_as_is_allowed(
     assert _first_hit(side * (2.0 + beyond), -4.0, 0.0, 1.0, 2.0, 1.0, math.inf) == expected
 
 
+@pytest.mark.parametrize(("x", "y", "vx", "vy"), [(-2.0, BESIDE, 1.0, 0.0), (2.0, -BESIDE, -1.0, 0.0),
+                                                  (BESIDE, -2.0, 0.0, 1.0), (-BESIDE, 2.0, 0.0, -1.0)])  # fmt: skip
+def test_a_corner_that_just_touches_has_met_now_and_not_with_the_next_corner(
+    x: float, y: float, vx: float, vy: float
+) -> None:
+    """Two boxes of 2 x 2 m, corner at corner but for half of what is allowed; the second one comes at 1 m/s, so its
+    other two corners are at the same edge 2 s later."""
+    still, coming = box(0.0, 0.0, 0.0, 2.0, 2.0, 0.0, 0.0), box(x, y, 0.0, 2.0, 2.0, vx, vy)
+    assert time_to_collision(np.array([still]), np.array([coming]))[0] == 0.0
+
+
+def test_a_corner_at_an_edge_meets_it_at_once() -> None:
+    """Half a metre from the middle of a side of a box of 4 x 2 m, on its way inwards."""
+    assert _first_hit(-2.0, 0.5, 1.0, 0.0, 2.0, 1.0, math.inf) == 0.0
+    assert _first_hit(0.5, -1.0, 0.0, 1.0, 2.0, 1.0, math.inf) == 0.0
+
+
 @pytest.mark.parametrize(("gap", "expected"), [(0.49, 0.0), (0.51, math.inf)])
 @pytest.mark.parametrize(("along", "across"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 def test_boxes_of_half_a_metre_meet_at_half_a_metre(along: float, across: float, gap: float, expected: float) -> None:
@@ -189,6 +214,13 @@ def test_boxes_of_half_a_metre_on_their_corners_meet_at_their_diagonal(
     """sqrt(0.5) m, farther than the side; in metres the square of such a number is less than the number."""
     small, other = (box(far * along, far * across, 0.5 * QUARTER, 0.5, 0.5) for far in (0.0, gap))
     assert least_time(np.arange(2.0), np.array([small] * 2), np.array([other] * 2), 10.0)[0] == expected
+
+
+def test_a_road_user_of_one_instant_is_as_wide_as_it_is_then() -> None:
+    """40 m wide and 15 m aside: the boxes overlap. What stands behind in memory, here a box of no size, is nothing."""
+    wide = np.array([box(0.0, 15.0, 0.0, 2.0, 40.0), np.zeros(5)])
+    assert least_time(np.array([3.0]), np.array([box(0.0, 0.0)]), wide[:1], 10.0) == (0.0, 3.0)
+    assert least_time(np.array([3.0]), wide[:1], np.array([box(0.0, 0.0)]), 10.0) == (0.0, 3.0)
 
 
 @pytest.mark.parametrize(("gap", "expected"), [(4.0, 0.0), (4.01, math.inf)])
