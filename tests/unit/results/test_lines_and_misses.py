@@ -47,6 +47,10 @@ def test_rows_without_a_place_are_left_out_of_a_line_and_two_are_needed() -> Non
         _line(log_of(columns={"x": 3.0, "y": 0.0}))
     short = log_of(columns={"x": np.minimum(t, 1.01 * STRIDE), "y": 0.0})
     assert len(_line(short)[0]) == 2
+    two = np.where((t == t[0]) | (t == t[-1]), 0.5 * t, np.nan)  # straight from 0 to 5 m, at half a metre per second
+    at, points = _line(log_of(columns={"x": two, "y": 0.0}))
+    assert points[:, 0] == pytest.approx(STRIDE * np.arange(100.0))
+    assert at == pytest.approx(points[:, 0] / 0.5)
 
 
 @pytest.mark.parametrize(

@@ -101,6 +101,12 @@ def test_log_without_samples_defines_no_metric(name: str) -> None:
     assert (result.valid, result.reason) == (False, "the log has no samples")
 
 
+def test_a_metric_of_one_log_is_of_the_first_also_where_another_log_is_there() -> None:
+    model, measured = (log_of(columns={"yaw_rate": rate}) for rate in (0.25, 0.5))
+    assert compute("max_yaw_rate", model, measured).value == pytest.approx(0.25)
+    assert compute("max_yaw_rate", measured, model).value == pytest.approx(0.5)
+
+
 def test_column_that_is_not_there_makes_a_metric_undefined() -> None:
     log = log_of()
     del log.columns["yaw_rate"]

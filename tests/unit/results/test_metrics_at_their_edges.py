@@ -127,6 +127,20 @@ def test_a_time_to_collision_at_the_critical_one_is_not_below_it() -> None:
     assert compute("max_ttc_inverse", closing(12.0, 4.0)).value == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize(("name", "value"), [("max_ttc_inverse", 0.5), ("min_distance", 8.0)])
+def test_a_road_user_that_was_there_only_before_or_after_the_ego_is_none_of_its(name: str, value: float) -> None:
+    """The log lasts from 0 to 2 s. Who is there is 8 m ahead of the ego's front and, it says, comes at 4 m/s: 2 s."""
+    here, later, earlier = (
+        track(start + 0.25 * np.arange(9.0), x, 0.0, vx=-4.0) for start, x in ((0.0, 12.0), (3.0, 4.5), (-3.0, 4.5))
+    )
+    alone, both = (
+        log_of(2.0, meta={"ego": EGO}, objects={"a": later, "b": earlier, **more}) for more in ({}, {"c": here})
+    )
+    assert compute(name, alone).reason == "no other road user at a time at which the ego was recorded"
+    found = compute(name, both)
+    assert (found.value, found.object) == (pytest.approx(value), "c")
+
+
 @pytest.mark.parametrize(
     ("x", "y", "hit"), [(0.0, 1.9, 1.0), (0.0, -1.9, 1.0), (0.0, 2.1, 0.0), (3.9, 0.0, 1.0), (4.1, 0.0, 0.0)]
 )

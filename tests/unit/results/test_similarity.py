@@ -105,3 +105,15 @@ def test_motion_of_an_object_can_be_compared() -> None:
 def test_object_that_is_not_there_is_undefined() -> None:
     log = log_of(10.0)
     assert compute("mncc", log, log, signal="object.car.x").reason == "no object.car.x in the log"
+
+
+def test_rows_at_which_a_signal_was_not_measured_are_left_out_and_two_are_needed() -> None:
+    """0.2 s without a value are straight between their ends: of a wave of some seconds the same within a thousandth."""
+    whole = log_of(40.0, columns={"v": bump(T, 15.0)})
+    gappy = log_of(40.0, columns={"v": np.where((T > 13.0) & (T < 13.2), np.nan, bump(T, 15.0))})
+    for pair in ((whole, gappy), (gappy, whole), (gappy, gappy)):
+        assert compute("mncc", *pair, signal="v").value == pytest.approx(1.0, abs=1e-3)
+        assert compute("gain", *pair, signal="v").value == pytest.approx(1.0, abs=1e-3)
+    for last in (0.0, -1.0):  # one value, or none
+        few = log_of(40.0, columns={"v": np.where(last >= T, bump(T, 15.0), np.nan)})
+        assert compute("mncc", whole, few, signal="v").reason == "v was not measured"
