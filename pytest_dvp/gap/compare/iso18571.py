@@ -83,7 +83,7 @@ def _shift(reference: FloatArray, curve: FloatArray) -> int:
     reference, curve = reference - reference.mean(), curve - curve.mean()
     size = next_fast_len(2 * n, real=True)
     circular = irfft(rfft(curve, size) * rfft(reference, size).conj(), size)
-    products = np.concatenate([circular[size - reach :], circular[: reach + 1]]) if reach else circular[:1]
+    products = np.concatenate([circular[size - reach :], circular[: reach + 1]])
     length = n - np.abs(shifts)
     late, early = np.maximum(shifts, 0), np.maximum(-shifts, 0)
 

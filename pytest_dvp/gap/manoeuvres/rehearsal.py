@@ -107,8 +107,6 @@ def separable_chi2(r: FloatArray, tangent: FloatArray) -> float:
 
     tangent (N, p): how r changes with each of these parameters.
     """
-    if not tangent.shape[1]:
-        return _chi2(r)
     solution = np.linalg.lstsq(tangent.T @ tangent + 1e-9 * np.eye(tangent.shape[1]), tangent.T @ r, rcond=None)[0]
     return _chi2(r - tangent @ solution)
 

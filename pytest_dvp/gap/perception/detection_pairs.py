@@ -68,7 +68,7 @@ class Pairs:
         """A mask (n, k) of the objects in directions in which the detector sees anything at all of what is in clear
         view."""
         sector = np.floor((self.bearing % (2.0 * np.pi)) * _SECTORS / (2.0 * np.pi)).astype(np.int64) % _SECTORS
-        reach = float(self.distance[self.seen].max()) if self.seen.any() else 0.0
+        reach = float(self.distance[self.seen].max(initial=0.0))
         clear = self.hidden <= CLEAR
         near = self.there & clear & (self.distance <= reach)
         some = np.bincount(sector[near], minlength=_SECTORS)
