@@ -107,8 +107,8 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     )
     unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
     slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
-    if not unknown and np.isfinite(measured[:, 3]).any():
-        slides |= locked(t, v, _over_ground(t, whole), posed & ~holes[3][1])
+    # Nothing where v follows from the path: it is the speed over ground itself
+    slides |= locked(t, v, _over_ground(t, whole), posed & ~holes[3][1])
     near = _near(t, slides)
     counted = np.ones(n, dtype=np.bool_) if unknown else ~standing(t, v)
     count = max(1, round((t[-1] - t[0]) / length))
