@@ -310,7 +310,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
 
 
 def _rate(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{float(f'{100.0 * share:.2g}'):g} %"  # two figures, and 100 without an exponent
 
 
 def _changing(e: NamedEffect) -> str:

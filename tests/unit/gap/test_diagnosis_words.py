@@ -7,7 +7,7 @@ import shlex
 
 import pytest
 
-from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step
 from pytest_dvp.gap.words.diagnosis import (
     causes,
     extend_command,
@@ -276,3 +276,10 @@ def test_held_out_data_that_chose_are_not_said_to_be_untouched() -> None:
     found = dataclasses.replace(NAMED, chosen_by_held_out=True)
     assert any(line.startswith(said) for line in standing_lines(found))
     assert found.as_dict()["chosen_by_held_out"]
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.6, "60 %"), (0.0042, "0.42 %"), (0.997, "100 %")])
+def test_what_slides_is_told_in_percent_with_two_figures(share: float, told: str) -> None:
+    found = dataclasses.replace(NAMED, samples=Samples(1000, 1000.0, share, 0.25))
+    (line,) = (line for line in standing_lines(found) if line.startswith("wheels lock"))
+    assert f" slides, in {told} of the drives fitted; " in line
