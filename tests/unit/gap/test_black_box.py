@@ -145,6 +145,19 @@ def test_function_that_fails_says_when() -> None:
         compare(drive(20.0), StepSubject(step))
 
 
+def test_function_that_fails_on_the_way_names_the_stamp_from_which_it_was_to_go_on() -> None:
+    """Five steps of 0.02 s have been gone from 0 s on when it fails."""
+
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        gone = state.get("gone", 0.0)
+        if dt > 0.01 and gone == 5.0:  # a glance is shorter
+            raise ValueError("no road")
+        return {"gone": gone + 1.0}
+
+    with pytest.raises(CompareError, match=r"failed at t=0\.10 s: ValueError: no road"):
+        shown(step, steps_of_steering(np.arange(50) * 0.02))
+
+
 @pytest.mark.parametrize(
     ("returned", "message"),
     [

@@ -11,10 +11,11 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, _without_settling, experiment_set
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet, Values, _without_settling, experiment_set
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.model_file import parse_model
 
 WEAK = {("drive_gain", "g"): 0.85}
 
@@ -192,3 +193,8 @@ def test_two_rows_around_a_start_say_nothing_of_a_change(known: int, settles: bo
     measured[19, 4] = measured[19, 4] if known == 3 else np.nan
     found = _without_settling(measured, t, np.array([0, 20]))
     assert np.isnan(found[20:, 4]).sum() == (2 if settles else 0)  # at 0 and 0.15 s
+
+
+def test_a_road_is_flat_to_a_model_that_is_told_the_speed() -> None:
+    told = parse_model("[model]\nname = 'car'\n[inputs]\nlongitudinal = 'v'\n[parameters]\nwheelbase = 2.5\n")
+    assert Experiment("one", drive(8.0, hills=0.5), told).slopes == 0.0

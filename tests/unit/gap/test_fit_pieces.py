@@ -250,6 +250,18 @@ def test_a_zoom_takes_four_steps_of_three_lengths_either_way(to_go: float, gone:
     assert float(left[0]) == pytest.approx(gone - to_go, abs=1e-9)
 
 
+def test_a_zoom_looks_upwards_first_and_goes_on_from_where_less_is_left() -> None:
+    """Less is left a step of 0.02 above, still less one below: that is two steps from where it has gone."""
+    u = np.array([0.5])
+
+    def residual(place: Any) -> Any:
+        return np.array([2.0 if place[0] > 0.51 else 1.0 if place[0] < 0.49 else 3.0])
+
+    moved, _, best = _zoom([coordinate()], residual, u, residual(u), 9.0)
+    assert moved == pytest.approx([0.52])
+    assert best == 4.0
+
+
 def test_derivatives_are_lent_by_name_from_a_fit_of_as_many_samples() -> None:
     a, b, c = (coordinate(name=name) for name in "abc")
     known = Fit((a, b), {}, np.zeros(3), 0.0, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))

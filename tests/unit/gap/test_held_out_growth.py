@@ -199,3 +199,19 @@ def test_it_ends_near_the_noise_and_with_as_many_effects_as_one_can_look_at() ->
     near = Sets({}, {}, level=0.99 * FAR)
     near.offers = tuple(names)
     assert after(near, names[:1]).final.names == (names[0],)
+
+
+class Zoomed(Sets):
+    """Each set knows whether its values were looked for closely, and from which set they came."""
+
+    def trial(self, names: Sequence[str], values: Any = None, zoom: bool = False, like: Any = None) -> SimpleNamespace:
+        found = super().trial(names, values, zoom, like)
+        found.zoom, found.like = zoom, like
+        return found
+
+
+def test_a_set_that_comes_in_the_place_of_another_is_fitted_closely_at_last() -> None:
+    found: Any = after(Zoomed({BAND: 10.0, "": 10.0, TRUE: 5.0}, {"": TRUE}), [BAND]).final
+    assert found.names == found.like.names == (TRUE,)
+    assert found.zoom
+    assert not found.like.zoom

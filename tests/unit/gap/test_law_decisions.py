@@ -180,6 +180,8 @@ def test_a_law_stands_that_leaves_a_third_of_what_is_known(left: float, judged: 
     """It leaves 0.1 of an error of 8, of which 5 % are 0.4."""
     found = _stands_against(Rival("x", left, judged), a_fit(9.0, 9.0), a_fit(1.1, 1.1), credible=False, shown=True)
     assert found is stands
+    base, now = a_fit(21.0, 21.0), a_fit(1.5, 1.5)  # of 20, 5 % are 1: no more than that is as good
+    assert not _stands_against(Rival("x", 2.5, 2.5), base, now, credible=False, shown=False)
     least = a_fit(1.001, 1.001)  # no less than 0.03 counts as left
     assert _stands_against(Rival("x", 1.091, 1.091), a_fit(9.0, 9.0), least, credible=False, shown=True)
     assert not _stands_against(Rival("x", 1.089, 1.089), a_fit(9.0, 9.0), least, credible=False, shown=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -40,7 +41,7 @@ from pytest_dvp.gap.manoeuvres.steering_manoeuvres import (
     small_steps,
     step_steer,
 )
-from tests.unit.gap.drivers import listened
+from tests.unit.gap.drivers import ENVELOPE, listened
 
 
 def test_speeds_and_durations_of_the_pedal_tests() -> None:
@@ -231,6 +232,13 @@ def same(shown: Any, expected: Any, seconds: float) -> None:
 
 def step(size: float, hold: float) -> Any:
     return lambda tau: size if tau < hold else -size if tau < 2.0 * hold else 0.0
+
+
+def test_growing_steps_end_at_the_angle_that_is_allowed_at_their_speed() -> None:
+    """Of 1 m/s^2 a driver uses 0.85 m/s^2, a step of it 0.6: 2.5 m * 0.51 m/s^2 / (3 m/s)^2 = 0.1417 rad."""
+    d = listened(growing_steps, envelope=dataclasses.replace(ENVELOPE, max_lateral=1.0))
+    sizes = [t.steer(0.5) for t in d.wanted[::2]]  # type: ignore[misc]
+    assert sizes == pytest.approx([0.05, 0.1, 0.1417, 0.1417], abs=1e-4)
 
 
 def test_each_steering_test_has_its_shape_to_its_end() -> None:

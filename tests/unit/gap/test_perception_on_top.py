@@ -69,10 +69,10 @@ def test_intervals_of_both_runs_count(model: VehicleModel) -> None:
     assert on_top(car, twin, model).values["detection_latency", "T"] == pytest.approx((0.2, 0.15, 0.25))
 
 
-def table(t: FloatArray, track: FloatArray, vx: FloatArray) -> DetectionTable:
+def table(t: FloatArray, track: FloatArray, vx: FloatArray, vy: FloatArray | None = None) -> DetectionTable:
     n = len(t)
     zero = np.zeros(n)
-    return DetectionTable(t, ("vehicle",) * n, zero, zero, zero, zero, zero, vx, zero, track)
+    return DetectionTable(t, ("vehicle",) * n, zero, zero, zero, zero, zero, vx, zero if vy is None else vy, track)
 
 
 def test_a_row_with_the_velocity_of_the_one_before_is_only_moved_on() -> None:
@@ -80,6 +80,12 @@ def test_a_row_with_the_velocity_of_the_one_before_is_only_moved_on() -> None:
     track = np.tile([1.0, 2.0], 4)
     vx = np.array([5.0, 3.0, 5.0, 3.1, 5.2, 3.1, 5.2, 3.2])
     assert fresh(table(t, track, vx)).tolist() == [True, True, False, True, True, False, False, True]
+
+
+def test_a_velocity_across_counts_against_that_of_the_row_before_as_well() -> None:
+    """It comes back to its first value in the last row but one: that was measured, and the last row was not."""
+    t, vy = np.arange(6) * 0.05, np.array([1.0, 2.0, 2.0, 3.0, 1.0, 1.0])
+    assert fresh(table(t, np.ones(6), np.full(6, 5.0), vy)).tolist() == [True, True, False, True, True, False]
 
 
 def test_without_numbers_or_with_velocities_that_never_change_all_rows_count() -> None:

@@ -229,6 +229,16 @@ def test_a_box_far_off_counts_as_four_standard_deviations() -> None:
     assert sigma**2 == pytest.approx((190 * 1.0 + 10 * 16.0 * sigma**2) / 200.0, rel=1e-4)
 
 
+def test_distances_below_a_metre_are_not_scaled_up() -> None:
+    """Errors of 1 m everywhere: sigma0 + slope distance becomes 1, from half of 1.4826 for each of the two on. At 0.5 m
+    that begins with 0.7413 * 1.5 = 1.11195, and the shortest way along (1, 0.5) is 0.11195 / 1.25 = 0.08956 long."""
+    rest = np.tile([1.0, -1.0], 50)
+    found, _ = _noise(rest, np.full(100, 0.5), np.arange(100))
+    assert found == pytest.approx([0.7413 - 0.08956, 0.7413 - 0.5 * 0.08956], abs=1e-5)
+    found, _ = _noise(rest, np.zeros(100), np.arange(100))
+    assert found[0] == pytest.approx(1.0)
+
+
 def drive(n: int, latency: float, offset: tuple[float, float], sigma: float, seed: int = 0, move: float = 8.0) -> Any:
     """n frames of 10 Hz with two objects, one that crosses and one ahead, and an ego that turns slowly."""
     rng = np.random.default_rng(seed)

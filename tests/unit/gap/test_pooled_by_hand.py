@@ -80,3 +80,9 @@ def test_where_the_error_sits_is_a_share_of_the_error_and_the_time_of_all_logs()
     assert excess == sorted(excess, reverse=True)
     none = {"a": one({}, {"v": [N, N]}, (where("braking", 0.5, 0.5),)), "b": one({}, {"v": [N, N]})}
     assert pooled(none)["where"] == [{"channel": "v", "regime": "braking", "share_of_error": 0.0, "share_of_time": 0.0}]
+
+
+def test_a_single_sample_of_all_logs_is_all_of_their_time() -> None:
+    logs = {"a": one({}, {"v": [2.0, N]}, (Where("v", "braking", 1.0, 1.0, "regime"),)), "b": one({}, {"v": [N, N]})}
+    (where,) = pooled(logs)["where"]
+    assert (where["share_of_error"], where["share_of_time"]) == (1.0, 1.0)

@@ -264,6 +264,18 @@ def test_it_would_rather_name_another_one_that_takes_away_more_of_the_same(engin
     assert opinion(engine, forms, 0.5 * A, {"a": {}, "b": {}}, "a") == Opinion()  # b is named already
 
 
+@pytest.mark.parametrize(("mine", "says"), [(11.0, "agrees"), (9.0, "disagrees")])
+def test_another_one_must_take_away_more_by_what_names_an_effect(
+    engine: Any, monkeypatch: pytest.MonkeyPatch, mine: float, says: str
+) -> None:
+    """b takes 40 off 600 equations, of which 5 % are 30; it is no rival of an effect that takes away 10 or more."""
+    engine(form("a", A), form("b", A))
+    joint = _Joint([_Table(seen(DV))], sideways=True)
+    monkeypatch.setattr(joint, "_left_out", lambda rest, columns: 600.0)
+    monkeypatch.setattr(joint, "_gain", lambda name, rest, beside, left: ({"a": mine, "b": 40.0}[name], 0.0))
+    assert joint.opinion("a", {"a": {}}).says == says
+
+
 def test_what_is_named_in_a_finer_form_or_moves_another_signal_is_no_rival(engine: Any) -> None:
     forms = [form("a", A + 0.8 * B), form("b", A)]
     assert opinion(engine, forms, 0.5 * A, {"a": {}, "fine b": {}}, "a") == Opinion("agrees")

@@ -351,6 +351,14 @@ def test_halting_brakes_to_a_tenth_and_stands_a_second_and_a_half() -> None:
     assert len(driven(d.halt(), d, Motion(0.0, 0.0, 0.0, 3.0))) == 1000 + 75  # 20 s of patience
 
 
+def test_halting_asks_for_no_speed_even_of_a_car_that_rolls_on() -> None:
+    """From 1.5 m/s on the speed asked for falls by what the brake takes off, and to nought."""
+    d = driver()
+    d._speed = 1.5
+    speeds = [asked.speed for asked in driven(d.halt(), d, Motion(0.0, 0.0, 0.0, 1.5), most=100)]
+    assert speeds == pytest.approx([max(1.5 - d.brake * PERIOD * k, 0.0) for k in range(1, 101)], abs=5.1e-4)
+
+
 def _begun(d: Driver, car: Motion) -> Any:
     d.car = car
     return d.halt()

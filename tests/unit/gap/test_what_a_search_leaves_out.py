@@ -120,3 +120,11 @@ def test_a_step_tells_the_zeros_that_each_run_has_of_its_own() -> None:
     assert found.held_out_chi2_per_n == pytest.approx(1.0, abs=0.01)
     assert found.added == "gyro_bias"
     assert step(search, trial, ()).held_out_setups == ()
+
+
+def test_a_trifle_is_what_came_last_however_large_the_first_effect_is() -> None:
+    """A gain of 0.9 is worth a name; a second one of 0.99 is not, and gains 50 where 100 would make it clear."""
+    world = World({DRIVE: 100.0 * direction(0), BRAKE: np.sqrt(50.0) / 0.01 * direction(1)}, {DRIVE: 0.9, BRAKE: 0.99})
+    search = a_search(world, "drive_gain", "brake_gain")
+    for names, trifle in ((("drive_gain", "brake_gain"), True), (("brake_gain", "drive_gain"), False)):
+        assert search._trifle(search.trial(names, {DRIVE: 0.9, BRAKE: 0.99})) is trifle, names
