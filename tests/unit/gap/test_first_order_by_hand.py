@@ -59,6 +59,16 @@ def test_an_effect_that_comes_and_goes_is_followed_downhill_from_its_points(need
     assert min(found)[0] == pytest.approx(16.0, abs=0.001)
 
 
+@pytest.mark.parametrize("way", [0.12, -0.12, 0.06, -0.06, 0.03, -0.03])
+def test_an_effect_that_comes_and_goes_is_looked_at_in_three_distances_either_way(way: float) -> None:
+    """It is of size 1 everywhere, which leaves 25 - 6 + 1, but at that distance from 1, where it is of size 3."""
+    comes = gain(lambda u: 3.0 if abs(u - 1.0 - way) < 1e-9 else 1.0)
+    assert left(comes.remaining_chi2(candidate("a", jumps=True), [{"a": 1.0}], 1.0)) == [
+        (20.0, 1.0),
+        (pytest.approx(16.0), pytest.approx(1.0 + way)),
+    ]
+
+
 def test_a_point_at_which_nothing_comes_says_nothing_of_the_next_one() -> None:
     found = left(gain(beyond_one).remaining_chi2(candidate("a", jumps=True), [{"a": 0.5}, {"a": 3.0}]))
     assert found[0] == (17.0, 3.0)

@@ -122,6 +122,13 @@ def test_a_wave_has_its_frequency_and_explains_all_of_itself() -> None:
     assert half.share == pytest.approx(0.5, abs=0.02)  # another log has as much of another wave
 
 
+def test_a_spectrum_is_looked_at_twice_as_finely_as_data_resolve() -> None:
+    """Halves of a wave in the log: a quarter off the next of them shows (sin(pi / 4) / (pi / 4))^2 = 0.8106 of it."""
+    found = _peak("time", "Hz", [wave(256, 60.25)], 0.05, 10.0)
+    assert found is not None
+    assert found.share == pytest.approx(0.8106, abs=0.02)
+
+
 @pytest.mark.parametrize(("cycles", "seen"), [(1.0, False), (5.0, True)])
 def test_a_wave_of_which_the_log_holds_less_than_three_is_a_trend(cycles: float, seen: bool) -> None:
     found = _peak("time", "Hz", [wave(256, cycles)], 0.05, 10.0)
