@@ -127,6 +127,15 @@ def test_a_signal_tells_a_lag_if_it_varies_by_four_times_its_noise(times: float,
     assert lag == (pytest.approx(0.1, abs=0.005) if seen else 0.0)
 
 
+@pytest.mark.parametrize(("noise", "seen"), [(0.0625, False), (0.06, True)])
+def test_a_signal_that_varies_by_just_four_times_its_noise_tells_no_lag(noise: float, seen: bool) -> None:
+    """As long at 0.25 as at -0.25, it varies by 0.25; the measurement comes 0.1 s after the model."""
+    even = np.arange(2000) * 0.02
+    twin = np.where(np.arange(2000) % 100 < 50, 0.25, -0.25)
+    lag = _lag({"yaw_rate": np.roll(twin, 5)}, {"yaw_rate": twin}, np.full(len(CHANNELS), noise), even, even)
+    assert lag == (pytest.approx(0.1, abs=0.005) if seen else 0.0)
+
+
 @pytest.mark.parametrize(("samples", "rated"), [(49, False), (50, True)])
 def test_a_rating_needs_ten_means_over_a_tenth_of_a_second(samples: int, rated: bool) -> None:
     """Ten points are the fewest that ISO/TS 18571 can be applied to; at 50 Hz five samples make one."""
