@@ -24,6 +24,7 @@ from pytest_dvp.gap.diagnose.held_out import (
     folds_with_setup,
     step,
 )
+from pytest_dvp.gap.diagnose.hidden_sizes import hidden_sizes
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
@@ -168,7 +169,7 @@ def diagnose(
         ladder=tuple(steps),
         noise_floor=target.noise(),
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
-        vetoed=tuple(name for name in vetoed if name not in final.names),
+        vetoed=tuple(dict.fromkeys(name for name in vetoed if name not in final.names)),
         input_map=_estimates(measured, sure, "inputs"),
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
@@ -176,6 +177,7 @@ def diagnose(
         remainder=model.remainder,
         samples=Samples(target.count, target.independent, *target.slides(), target.slopes),
         chosen_by_held_out=chose,
+        may_hide=hidden_sizes(search, judges),
     )
 
 

@@ -117,15 +117,27 @@ class Samples:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class HiddenSize:
+    """An effect's parameter, and by how much (size, in its unit) the car may differ in it from a twin whose known
+    remainder hides it."""
+
+    effect: str
+    key: str
+    size: float
+    unit: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Diagnosis:
     """Result of `diagnose`.
 
-    effects in the order of the ladder; ladder: the error after each; vetoed: effects that fitted but lost on
-    data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
-    name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
-    effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file
-    says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
-    chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good.
+    effects in the order of the ladder; ladder: the error after each; vetoed: effects that fitted, and that data they
+    were not fitted on do not confirm; input_map: fitted scales of the model's inputs; votes: what the second engine
+    would name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed
+    with the effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the
+    model file says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
+    chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good;
+    may_hide: what the remainder hides of effects, the largest shares of their ranges first.
     """
 
     verdict: Verdict
@@ -143,6 +155,7 @@ class Diagnosis:
     remainder: Remainder = dataclasses.field(default_factory=dict)
     samples: Samples = Samples(0, 0.0)
     chosen_by_held_out: bool = False
+    may_hide: tuple[HiddenSize, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -184,4 +197,5 @@ class Diagnosis:
             "remainder": {channel: dict(regimes) for channel, regimes in self.remainder.items()},
             "samples": dataclasses.asdict(self.samples),
             "chosen_by_held_out": self.chosen_by_held_out,
+            "may_hide": [dataclasses.asdict(one) for one in self.may_hide],
         }

@@ -241,7 +241,7 @@ def _notes(found: Diagnosis) -> list[str]:
         lines += implausible_scales({key: e.value for key, e in found.input_map.items()})
     lines += [*standing_lines(found), *setup_lines(found)]
     if found.vetoed:
-        lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
+        lines.append(f"not {', '.join(found.vetoed)}: fits, but data it was not fitted on do not confirm it")
     lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
     lines += _second_opinion(found)
     if found.not_excited:
@@ -250,6 +250,7 @@ def _notes(found: Diagnosis) -> list[str]:
 
 
 WORSE = -0.005  # share of the error held out, from which a table shows it as less than 0 %
+MOST_HIDDEN = 8  # effects of which a line says how much may hide; the JSON has all
 COLOURED = 0.9  # of the samples: where fewer are independent, the answer says so
 
 
@@ -268,6 +269,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
         lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
+    lines += _hidden(found)
     if found.samples.independent < COLOURED * found.samples.count:
         lines.append(
             f"neighbouring samples repeat each other's noise: {found.samples.count} samples tell as much as "
@@ -321,6 +323,16 @@ def _changing(e: NamedEffect) -> str:
     what = e.name if len(e.parameters) == 1 else f"{e.name}.{change.key}"
     text = f"{what} {moves} from {three(change.start)} to {three(change.end)} with {change.quantity.replace('_', ' ')}"
     return f"{text}: {change.effect} has that" if change.effect else text
+
+
+def _hidden(found: Diagnosis) -> list[str]:
+    """Of which effects a known remainder hides most: "drive_lag.tau 0.2 s, brake_gain.g 0.1"."""
+    most: dict[str, str] = {}
+    for one in found.may_hide:
+        if one.effect not in found.not_excited:
+            most.setdefault(one.effect, f"{one.effect}.{one.key} {three(one.size)} {one.unit}".removesuffix(" -"))
+    words = list(most.values())
+    return _wrapped("so much of an effect, or more, may hide in it: ", words[:MOST_HIDDEN]) if words else []
 
 
 def remainder_words(remainder: Remainder) -> list[str]:

@@ -263,7 +263,7 @@ def test_notes_stand_between_the_ladder_and_the_commands() -> None:
         "",
         "fitted along: full_throttle = 40 m/s^2, steer_scale = 0.4",
         "full_throttle = 40 m/s^2 is not what a full pedal does, 0.5 to 15",
-        "not mass, roll: fits, but loses on data it was not fitted on",
+        "not mass, roll: fits, but data it was not fitted on do not confirm it",
         "these data cannot show: pitch",
     ]
 

@@ -1,0 +1,37 @@
+"""How large effects may be that hide in what a twin is known not to explain.
+
+That nothing is missing is said of a twin with its known remainder. How much that leaves open, these sizes say: what the
+remainder imitates of an effect on drives with nothing hidden, so many times as a name asks for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pytest_dvp.gap.diagnose.beyond_remainder import times_beyond
+from pytest_dvp.gap.diagnose.candidates import sizes
+from pytest_dvp.gap.diagnose.diagnosis import HiddenSize
+from pytest_dvp.gap.diagnose.held_out import Fold
+from pytest_dvp.gap.diagnose.quiet_effects import is_placed
+from pytest_dvp.gap.diagnose.search import Search
+
+
+def hidden_sizes(search: Search, judges: Sequence[Fold]) -> tuple[HiddenSize, ...]:
+    """Sizes that a twin's known remainder hides and that are worth a name, the largest shares of their ranges first;
+    none without a known remainder.
+
+    They bound what can be seen from below only: a larger effect may hide, too, on drives that hardly ask for it, and
+    where the remainder is larger than on the drives that the twin was learnt from. Of effects in a finer form, or of a
+    place, none is told.
+    """
+    imitates = search.target.experiments[0].model.remainder_shape.imitates
+    found = []
+    for candidate in search.tried.values():
+        if candidate.detail or is_placed(candidate):
+            continue
+        for c in sizes(candidate.coordinates):
+            size = times_beyond(judges) * imitates.get(c.effect, {}).get(c.key.name, 0.0)
+            if size > c.key.least:
+                share = size / (c.key.high - c.key.low)
+                found.append((-share, HiddenSize(c.effect, c.key.name, size, c.key.unit)))
+    return tuple(one for _, one in sorted(found, key=lambda entry: (entry[0], entry[1].effect, entry[1].key)))
