@@ -82,7 +82,9 @@ class Plausibility:
         self.look(0.0)
 
     def look(self, dt: float) -> None:
-        """Compare each entity with what it was before the last step of `dt` [s]."""
+        """Compare each entity with what it was before the last step of `dt` [s]; one that ended it all moved nobody."""
+        if self._board.done:
+            return
         constraints = self._constraints() if dt > 0.0 and self._board.acted else {}
         for name, entity in self._board.entities.items():
             if entity.external or not entity.active or entity.drawn_by is not None:

@@ -227,3 +227,13 @@ def test_a_step_of_the_speed_names_the_event_that_was_over_at_once(make: Make) -
 
 def test_how_a_scenario_begins_is_no_jump(make: Make) -> None:
     assert watched(make(A=START, stories=later(speed(20.0), time=0.0))) == ()
+
+
+def test_the_step_in_which_the_storyboard_ends_moves_nobody_and_shows_nothing(make: Make) -> None:
+    """To the left with 1 m/s^2, for 0.4 s until the storyboard ends: 0.08 m and 0.4 m/s by then, give or take a step.
+    It does not stop in that step, which would take 0.4 / 0.05 = 8 m/s^2."""
+    limits = 'maxSpeed="1" maxAcceleration="1" maxDeceleration="1"'
+    board = make(A=START, B=START, stories=later(beside(limits)), stop=group(condition(at_time(1.4))))
+    assert watched(board) == ()
+    assert (board.done, board.time) == (True, pytest.approx(1.4))
+    assert board.entities["A"].y == pytest.approx(-1.75 + 0.08, abs=0.02)

@@ -209,7 +209,7 @@ def test_an_edge_that_no_evaluation_could_see_is_told_until_its_element_has_star
 def watched(**more: Any) -> tuple[Any, Any, Plausibility]:
     """A car that does 50 m/s, 3 m/s^2 up and 6 down; watched from its first moment on."""
     entity = car()
-    board: Any = SimpleNamespace(**{"entities": {"A": entity}, "acted": (), "steps": 2, "time": 1.0,
+    board: Any = SimpleNamespace(**{"entities": {"A": entity}, "acted": (), "steps": 2, "time": 1.0, "done": False,
                                     "reading": "standard", "events_of": lambda entity: ["E"], **more})  # fmt: skip
     return entity, board, Plausibility(board)
 

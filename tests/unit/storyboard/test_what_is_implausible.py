@@ -23,8 +23,8 @@ DT = 0.1  # s, of all steps here
 
 def watching(*entities: Any, **more: Any) -> Any:
     board = SimpleNamespace(**{
-        "entities": {e.name: e for e in entities}, "acted": [], "steps": 2, "time": 1.5, "reading": "standard",
-        "events_of": lambda entity: ["Start", "Start", "Brake"], **more,
+        "entities": {e.name: e for e in entities}, "acted": [], "steps": 2, "time": 1.5, "done": False,
+        "reading": "standard", "events_of": lambda entity: ["Start", "Start", "Brake"], **more,
     })  # fmt: skip
     return Plausibility(board)  # type: ignore[arg-type]
 
@@ -79,6 +79,8 @@ def test_motion_beyond_a_limit_is_noted(before: float, now: float, limits: Limit
         (0.0, -0.116, Limits(rise=10.0), False, None),
         (5.0, 0.1, Limits(rise=10.0, fall=10.0), False, None),  # letting go of the pedal is free
         (-5.0, -0.1, Limits(rise=10.0, fall=10.0), False, None),
+        (5.0, 0.0, Limits(rise=10.0, fall=10.0), False, None),  # and so it is if the speed just stays as it is
+        (-5.0, 0.0, Limits(rise=10.0, fall=10.0), False, None),
         (None, 0.5, Limits(rise=10.0), False, None),
         (0.0, 0.5, Limits(rise=10.0), True, None),  # times in a file are too rough
         (0.0, 0.5, Limits(up=50.0), False, None),
