@@ -143,8 +143,7 @@ class Course:
             if acceleration < 0.0:
                 after = min(after, -speed / acceleration)  # there before its time: it waits
             return self.s[i] + (speed + 0.5 * acceleration * after) * after
-        step = times[i + 1] - times[i]
-        u = (t - times[i]) / step if step > 0.0 else 1.0
+        u = (t - times[i]) / (times[i + 1] - times[i])  # t is before the later one, and not before the other
         return self.s[i] + u * (self.s[i + 1] - self.s[i])
 
     def time_at(self, s: float) -> float:
@@ -180,8 +179,8 @@ def _pace(s: Sequence[float], times: Sequence[float], speed: float) -> list[tupl
     for i in range(len(s) - 1):
         way, time = s[i + 1] - s[i], times[i + 1] - times[i]
         if way < 1e-6 or time <= 0.0:
-            pace.append((0.0 if way < 1e-6 else speed, 0.0))
             speed = 0.0 if way < 1e-6 else speed
+            pace.append((speed, 0.0))
             continue
         acceleration = 2.0 * (way - speed * time) / (time * time)
         after = speed + acceleration * time

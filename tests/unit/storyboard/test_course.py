@@ -252,3 +252,5 @@ def test_what_takes_no_time_leaves_the_speed_as_it_is() -> None:
     course = Course(line(0.0, 10.0, 15.0, 25.0), (0.0, 1.0, 1.0, 2.0), speed=10.0)
     assert course.s_at(0.5) == pytest.approx(5.0)
     assert course.s_at(1.5) == pytest.approx(20.0)
+    short = Course(line(0.0, 10.0, 10.5, 20.5), (0.0, 1.0, 1.0, 2.0), speed=10.0)  # half a metre is a way too
+    assert short.s_at(1.5) == pytest.approx(15.5)
