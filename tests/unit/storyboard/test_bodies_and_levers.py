@@ -266,6 +266,7 @@ def test_a_held_wheel_drives_an_arc(wheelbase: float, angle: float, turn: float)
     entity = car()
     entity.wheelbase, entity.h = max(wheelbase, 0.0), 0.25
     entity.length = 0.0 if wheelbase < 0.0 else entity.length
+    entity.x, entity.y = 30.0, -20.0
     entity.jump_to_speed(8.0)
     stood: list[Any] = []
     held_controls._steer(entity, angle, 0.5, SimpleNamespace(stand=stood.append))  # type: ignore[arg-type]
@@ -273,7 +274,7 @@ def test_a_held_wheel_drives_an_arc(wheelbase: float, angle: float, turn: float)
     ahead = (radius * (math.sin(0.25 + turn) - math.sin(0.25)), radius * (math.cos(0.25) - math.cos(0.25 + turn)))
     if not turn:
         ahead = (4.0 * math.cos(0.25), 4.0 * math.sin(0.25))
-    assert (entity.x, entity.y) == pytest.approx(ahead)
+    assert (entity.x, entity.y) == pytest.approx((30.0 + ahead[0], -20.0 + ahead[1]))
     assert entity.h == pytest.approx(0.25 + turn)
     assert (entity.vx, entity.vy) == pytest.approx((ahead[0] / 0.5, ahead[1] / 0.5))
     assert (entity.travelled, entity.moved, stood) == (pytest.approx(4.0), True, [entity])

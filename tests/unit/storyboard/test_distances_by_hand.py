@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from openscenario.road.positions import Pose, RoadPosition
 from openscenario.storyboard.conditions.angle import angle
 from openscenario.storyboard.conditions.clearance import _exists, _number, relative_clearance
 from openscenario.storyboard.conditions.distance import _closing
@@ -194,6 +195,7 @@ def test_to_the_side_the_speed_to_the_side_counts(board: Storyboard, kind: str, 
     a.vy, b.vy, c.vy = 2.0, 0.5, 0.0
     assert _closing(board, a, b, kind, system)(3.5) == pytest.approx(1.5)
     assert _closing(board, a, c, kind, system)(-3.5) == pytest.approx(-2.0)
+    assert _closing(board, a, lambda: Place(100.0, 1.75, 0.0, 0.0), kind, system)(3.5) == pytest.approx(2.0)
 
 
 def test_straight_at_each_other_the_speed_along_the_line_counts(board: Storyboard) -> None:
@@ -205,7 +207,8 @@ def test_straight_at_each_other_the_speed_along_the_line_counts(board: Storyboar
         return Place(103.0, 2.25, 0.0, 0.0)
 
     assert _closing(board, a, there, "euclidianDistance", None)(5.0) == pytest.approx(10.0 * 3.0 / 5.0)
-    assert _closing(board, a, there, "longitudinal", "road")(3.0) == pytest.approx(10.0)
+    for system in ("road", "world", "entity"):
+        assert _closing(board, a, there, "longitudinal", system)(3.0) == pytest.approx(10.0)
     assert _closing(board, a, lambda: Place(a.x, a.y, 0.0, 0.0), "euclidianDistance", None)(0.0) == 0.0
 
 
@@ -330,3 +333,17 @@ def test_a_heading_on_a_road_is_one_to_its_line_or_to_the_traffic(
     board.entities[entity].pitch = 0.3
     pitched: Any = SimpleNamespace(angle_type="pitch", angle=0.3, angle_tolerance=0.1, coordinate_system=system)
     assert angle(pitched, board.entities[entity], scope)() is (system != "trajectory")
+
+
+@pytest.mark.parametrize(("kind", "slope"), [("pitch", 0.2), ("roll", 0.1)])
+def test_a_slope_counts_as_it_is_seen_by_who_is_turned_more_or_less_that_way(kind: str, slope: float) -> None:
+    """A road along x, 0.2 rad down and 0.1 rad up on its left: so it is up to a quarter turn off, then the opposite."""
+    network = SimpleNamespace(lane_pose=lambda road, lane, s, offset: Pose(0.0, 0.0, 0.0, 0.0, 0.2, 0.1))
+    here = RoadPosition("1", -1, 100.0, -1.75, 0.0, 0.0, True)
+    ground = SimpleNamespace(network=network, position=lambda entity: here)
+    scope: Any = SimpleNamespace(board=SimpleNamespace(ground=ground))
+    for h, sign in ((0.0, 1.0), (1.5, 1.0), (-1.5, 1.0), (1.6, -1.0), (math.pi, -1.0)):
+        for wanted in (slope, -slope):
+            element: Any = SimpleNamespace(angle_type=kind, angle=0.0, angle_tolerance=0.01, coordinate_system="road")
+            entity: Any = SimpleNamespace(h=h, pitch=wanted, roll=wanted)
+            assert angle(element, entity, scope)() is (wanted == sign * slope)

@@ -453,3 +453,8 @@ def test_it_is_over_where_one_of_both_draws_away_again() -> None:
     action._go_on(0.1)
     action.ways["M"] = 10.1
     assert action._go_on(0.1)
+    for who in "AM":  # a thousandth of a millimetre more is none yet
+        action = arriving(10.0, 10.0, speed=1.0)
+        action._go_on(0.1)
+        action.ways[who] = 10.0 + 1e-6
+        assert not action._go_on(0.1)

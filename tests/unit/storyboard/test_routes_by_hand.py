@@ -220,6 +220,8 @@ def test_at_the_last_end_and_beyond_what_is_looked_at_nobody_is_ahead() -> None:
     assert len(asked) == 1
     near, _ = two_roads(LOOK_AHEAD)
     assert ahead(a, {("2", 1): [(30.0, b)]}, near)[1] == 5.0
+    a.s = 0.0  # exactly as far from the end as is looked
+    assert ahead(a, {("2", 1): [(30.0, b)]}, near) == (math.inf, 0.0)
 
 
 def test_a_circle_leads_back_to_oneself_and_nobody_is_ahead() -> None:

@@ -209,8 +209,10 @@ def test_who_has_stopped_starts_when_the_last_ramp_fits(time: float, speed: floa
         assert (found, board._phase) == (speed, "stopped")
 
 
-def test_who_is_to_stand_at_the_end_does_not_start_again() -> None:
-    assert next_speed(phased("stopped"), 50.0, 1.0, 0.0, 0.0) == 0.0
+@pytest.mark.parametrize("final", [0.0, 1e-6])
+def test_who_is_to_stand_at_the_end_does_not_start_again(final: float) -> None:
+    """A millionth of 1 m/s is none yet."""
+    assert next_speed(phased("stopped"), 50.0, 1.0, 0.0, final) == 0.0
 
 
 def test_on_the_last_ramp_the_final_speed_is_there_in_time() -> None:

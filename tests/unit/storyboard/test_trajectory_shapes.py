@@ -90,9 +90,11 @@ def test_a_closed_line_whose_ends_meet_is_not_closed_again(last: model.WorldPosi
 
 @pytest.mark.parametrize("middle", [at(3, 4), at(3, 0), at(0, 9)])
 def test_a_line_is_closed_from_its_last_vertex_to_its_first_one(middle: model.WorldPosition) -> None:
-    """One above the other, 4 m apart; or at the same place, wherever the vertex between them is."""
+    """One above the other or beside it, 4 m apart; or at the same place, wherever the vertex between them is."""
     there = math.hypot(middle.x, middle.y) + math.hypot(middle.x, middle.y - 4.0)
     assert drawn(polyline(at(0, 0), middle, at(0, 4)), closed=True).length == pytest.approx(there + 4.0)
+    aside = math.hypot(middle.x, middle.y) + math.hypot(middle.x - 4.0, middle.y)
+    assert drawn(polyline(at(0, 0), middle, at(4, 0)), closed=True).length == pytest.approx(aside + 4.0)
     meeting = drawn(polyline(at(0, 0), middle, at(0, 0)), closed=True)
     assert (len(meeting.s), meeting.length) == (3, pytest.approx(2.0 * math.hypot(middle.x, middle.y)))
 
