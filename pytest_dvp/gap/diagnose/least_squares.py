@@ -290,7 +290,7 @@ def widen_imitated(found: Fit, sure: Intervals, imitates: Mapping[str, Mapping[s
         value, (low, high) = found.values[c.name], sure[c.name]
         more = IMITATED * imitates.get(c.effect, {}).get(c.key.name, 0.0)
         wide[c.name] = (max(value - float(np.hypot(value - low, more)), c.key.minimum),
-                        value + float(np.hypot(high - value, more)))  # fmt: skip
+                        min(value + float(np.hypot(high - value, more)), c.key.maximum))  # fmt: skip
     return wide
 
 

@@ -85,6 +85,13 @@ def test_intervals_hold_what_the_remainder_imitates() -> None:
     assert widen_imitated(fit, {c.name: (0.87, 0.93)}, {})[c.name] == pytest.approx((0.87, 0.93))
 
 
+def test_what_a_remainder_imitates_makes_no_interval_wider_than_the_equation_allows() -> None:
+    """Of a creep under the brakes there is between none and all."""
+    c = Coordinate("creep", catalogue()["creep"].key("braking"))
+    fit = Fit((c,), {c.name: 0.6}, np.zeros(1), 0.0, np.zeros((1, 1)))
+    assert widen_imitated(fit, {c.name: (0.5, 0.7)}, {"creep": {"braking": 5.0}})[c.name] == (0.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ("low", "high", "given", "doubted"),
     [
