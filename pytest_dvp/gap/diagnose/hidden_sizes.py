@@ -6,17 +6,20 @@ remainder imitates of an effect on drives with nothing hidden, so many times as 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.beyond_remainder import times_beyond
-from pytest_dvp.gap.diagnose.candidates import sizes
+from pytest_dvp.gap.diagnose.candidates import Candidate, sizes
 from pytest_dvp.gap.diagnose.diagnosis import HiddenSize
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.quiet_effects import is_placed
-from pytest_dvp.gap.diagnose.search import Search
+
+if TYPE_CHECKING:
+    from vehicle.model.vehicle_model import VehicleModel
 
 
-def hidden_sizes(search: Search, judges: Sequence[Fold]) -> tuple[HiddenSize, ...]:
+def hidden_sizes(model: VehicleModel, tried: Iterable[Candidate], judges: Sequence[Fold]) -> tuple[HiddenSize, ...]:
     """Sizes that a twin's known remainder hides and that are worth a name, the largest shares of their ranges first;
     none without a known remainder.
 
@@ -24,9 +27,9 @@ def hidden_sizes(search: Search, judges: Sequence[Fold]) -> tuple[HiddenSize, ..
     where the remainder is larger than on the drives that the twin was learnt from. Of effects in a finer form, or of a
     place, none is told.
     """
-    imitates = search.target.experiments[0].model.remainder_shape.imitates
+    imitates = model.remainder_shape.imitates
     found = []
-    for candidate in search.tried.values():
+    for candidate in tried:
         if candidate.detail or is_placed(candidate):
             continue
         for c in sizes(candidate.coordinates):

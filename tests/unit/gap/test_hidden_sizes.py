@@ -12,14 +12,13 @@ from pytest_dvp.gap.diagnose import hidden_sizes as module
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, HiddenSize, Step
 from pytest_dvp.gap.diagnose.hidden_sizes import hidden_sizes
 from pytest_dvp.gap.words.diagnosis import standing_lines
-from tests.unit.gap.linear_world import World, a_search
+from tests.unit.gap.linear_world import MODEL, tried
 from vehicle.model.remainder_shape import RemainderShape
 
 
 def found(imitates: dict[str, dict[str, float]], *names: str) -> tuple[HiddenSize, ...]:
-    world = World({})
-    world.model.remainder_shape = RemainderShape(imitates=imitates)
-    return hidden_sizes(a_search(world, *names), ())
+    model = dataclasses.replace(MODEL, remainder_shape=RemainderShape(imitates=imitates))
+    return hidden_sizes(model, tried(*names), ())
 
 
 def test_what_hides_is_four_times_and_a_bit_what_the_remainder_imitates(monkeypatch: pytest.MonkeyPatch) -> None:
