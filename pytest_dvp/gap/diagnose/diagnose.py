@@ -177,7 +177,7 @@ def diagnose(
         remainder=model.remainder,
         samples=Samples(target.count, target.independent, *target.slides(), target.slopes),
         chosen_by_held_out=chose,
-        may_hide=hidden_sizes(model, tried, judges),
+        may_hide=hidden_sizes(model, [c for c in tried if c.name not in final.names], judges),
     )
 
 

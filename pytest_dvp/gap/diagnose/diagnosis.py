@@ -118,8 +118,8 @@ class Samples:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class HiddenSize:
-    """An effect's parameter, and by how much (size, in its unit) the car may differ in it from a twin whose known
-    remainder hides it."""
+    """An effect's parameter, and by how much at least (size, in its unit, either way) the car may differ in it from a
+    twin whose known remainder hides it."""
 
     effect: str
     key: str
@@ -137,7 +137,7 @@ class Diagnosis:
     with the effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the
     model file says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
     chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good;
-    may_hide: what the remainder hides of effects, the largest shares of their ranges first.
+    may_hide: what the remainder hides of other effects, and is worth a name, the largest shares of their ranges first.
     """
 
     verdict: Verdict

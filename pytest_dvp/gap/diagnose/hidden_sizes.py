@@ -7,6 +7,7 @@ remainder imitates of an effect on drives with nothing hidden, so many times as 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.beyond_remainder import times_beyond
@@ -25,7 +26,7 @@ def hidden_sizes(model: VehicleModel, tried: Iterable[Candidate], judges: Sequen
 
     They bound what can be seen from below only: a larger effect may hide, too, on drives that hardly ask for it, and
     where the remainder is larger than on the drives that the twin was learnt from. Of effects in a finer form, or of a
-    place, none is told.
+    place, and of limits that the twin has not, none is told; none is larger than the equation allows.
     """
     imitates = model.remainder_shape.imitates
     found = []
@@ -34,6 +35,8 @@ def hidden_sizes(model: VehicleModel, tried: Iterable[Candidate], judges: Sequen
             continue
         for c in sizes(candidate.coordinates):
             size = times_beyond(judges) * imitates.get(c.effect, {}).get(c.key.name, 0.0)
+            at = candidate.own.get(c.name, c.key.neutral)
+            size = min(size, max(c.key.maximum - at, at - c.key.minimum)) if isfinite(at) else size
             if size > c.key.least:
                 share = size / (c.key.high - c.key.low)
                 found.append((-share, HiddenSize(c.effect, c.key.name, size, c.key.unit)))

@@ -171,7 +171,7 @@ def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values,
     lent = _lend(known, coordinates, jacobian)
     _derive(coordinates, jacobian, residual, r, u, [k for k in range(len(u)) if k not in lent])
     old = sorted(lent)  # coordinates whose derivatives are of another place,
-    moved = np.zeros(len(u))  # and how far each has moved since
+    moved = np.zeros(len(u))  # and how far each has moved in this fit since
     damping = 1e-3
     for _ in range(6 * stop.rounds if coordinates else 0):
         before, place, rest = best, u, r

@@ -63,8 +63,8 @@ _EXCHANGES = 8  # of effects of a set by others
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
 _REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
-_ROUGHLY = 5e-3  # of what is left beyond the noise: a round that gains less ends the fit of a set that may be added,
-# and twice that of one in which another effect will come; chosen: half the motions of sets of 20, as good at the end
+_ROUGHLY = 5e-3  # of what the best set so far leaves beyond the noise: a round that gains less ends the fit of a set
+# that may take its place, and twice that of one in which another effect will come; chosen: a quarter of RIVAL
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 
 Tick: TypeAlias = Callable[[str], None]
@@ -220,19 +220,18 @@ class Search:
 
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: ExperimentSet | None = None,
               kept: Values | None = None, like: Trial | None = None, above: float = inf,
-              rough: float = 0.0) -> Trial:  # fmt: skip
+              enough: float = 0.0) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
 
         kept: values of effects beside them that are not fitted. like: a trial of much the same, to begin with its
-        derivatives. above: a chi^2 beyond which the fit may stay rough; rough: share of what `like` leaves beyond the
-        noise, below which a round ends the fit. What `start` says of the car itself ("parameters") is kept, too.
+        derivatives. above: a chi^2 beyond which the fit may stay rough; enough: a round that gains less ends it. What
+        `start` says of the car itself ("parameters") is kept as it is, too.
         """
         target = target or self.target
         every = [c for name in names for c in self.known[name].coordinates]
         late = {c.name: c.key.neutral for c in every if c.key.late}
         coordinates = [*self.nuisance, *(c for c in every if self._late or c.name not in late)]
-        beyond = like.chi2 - target.count if like else 0.0
-        stop = Stop(enough=max(2e-4 * target.count, rough * beyond), above=above)
+        stop = Stop(enough=max(2e-4 * target.count, enough), above=above)
         car = {name: value for name, value in start.items() if name[0] == "parameters"}
         fixed = self.fixed | car | dict(kept or {})
         found = fit(target, coordinates, late | dict(start), fixed=fixed, stop=stop, zoom=zoom,
@@ -297,7 +296,8 @@ class Search:
         few = _REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE
         for _, name, point in (one for one in ranking[:few] if among is None or one[1] in among):
             above = lowest + ROUGH * max(self.count, lowest)
-            trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above, rough=_ROUGHLY))
+            enough = _ROUGHLY * (min(now.chi2, lowest) - self.count)
+            trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above, enough=enough))
             lowest = min(lowest, trials[-1].chi2)
         return sorted(trials, key=self.cost)
 
@@ -381,7 +381,8 @@ class Search:
     def in_place_of(self, best: Trial, name: str, among: Collection[str] | None = None) -> list[Trial]:
         """The set with another effect in the place of this one, jointly fitted, best first; among: only these are."""
         self._remember(best)
-        without = self._less.get(name) or self._fitted_without(best, name, rough=2 * _ROUGHLY)
+        enough = 2 * _ROUGHLY * (best.chi2 - self.count)
+        without = self._less.get(name) or self._fitted_without(best, name, enough=enough)
         others = [other for other in self._contestants(name) if other not in best.names]
         ranking = self._scan(without, others, without.chi2 - best.chi2)
         return self._additions(without, ranking, best.chi2, among)
@@ -437,9 +438,9 @@ class Search:
         if self._whole is not best:
             self._whole, self._less, self._rough = best, {}, {}
 
-    def _fitted_without(self, best: Trial, name: str, above: float = inf, rough: float = 0.0) -> Trial:
+    def _fitted_without(self, best: Trial, name: str, above: float = inf, enough: float = 0.0) -> Trial:
         kept = {k: v for k, v in best.values.items() if k[0] != name}
-        return self.trial([n for n in best.names if n != name], kept, like=best, above=above, rough=rough)
+        return self.trial([n for n in best.names if n != name], kept, like=best, above=above, enough=enough)
 
     def pruned(self, best: Trial) -> Trial:
         """The set without effects that no longer pay, or without which no more than noise is left."""

@@ -250,7 +250,7 @@ def _notes(found: Diagnosis) -> list[str]:
 
 
 WORSE = -0.005  # share of the error held out, from which a table shows it as less than 0 %
-MOST_HIDDEN = 8  # effects of which a line says how much may hide; the JSON has all
+MOST_HIDDEN = 8  # effects of which a line says how much may hide; chosen: two lines, and the JSON has the others
 COLOURED = 0.9  # of the samples: where fewer are independent, the answer says so
 
 
@@ -269,7 +269,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
         lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
-    lines += _hidden(found)
+        lines += _hidden(found)
     if found.samples.independent < COLOURED * found.samples.count:
         lines.append(
             f"neighbouring samples repeat each other's noise: {found.samples.count} samples tell as much as "
@@ -326,13 +326,13 @@ def _changing(e: NamedEffect) -> str:
 
 
 def _hidden(found: Diagnosis) -> list[str]:
-    """Of which effects a known remainder hides most: "drive_lag.tau 0.2 s, brake_gain.g 0.1"."""
+    """Of which effects a known remainder hides most: "drive_lag.tau by 0.2 s, brake_gain.g by 0.1"."""
     most: dict[str, str] = {}
     for one in found.may_hide:
         if one.effect not in found.not_excited:
-            most.setdefault(one.effect, f"{one.effect}.{one.key} {three(one.size)} {one.unit}".removesuffix(" -"))
-    words = list(most.values())
-    return _wrapped("so much of an effect, or more, may hide in it: ", words[:MOST_HIDDEN]) if words else []
+            most.setdefault(one.effect, f"{one.effect}.{one.key} by {three(one.size)} {one.unit}".removesuffix(" -"))
+    words = list(most.values())[:MOST_HIDDEN]
+    return _wrapped("beside it the car may differ from the twin unseen, by so much or more: ", words) if words else []
 
 
 def remainder_words(remainder: Remainder) -> list[str]:

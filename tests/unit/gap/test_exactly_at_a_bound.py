@@ -108,7 +108,7 @@ class Given(Search):
 
     less: dict[str, float]
 
-    def _fitted_without(self, best: Trial, name: str, above: float = np.inf, rough: float = 0.0) -> Trial:
+    def _fitted_without(self, best: Trial, name: str, above: float = np.inf, enough: float = 0.0) -> Trial:
         self.asked = [*getattr(self, "asked", []), (name, above)]
         return a_trial(self.less[name], *(n for n in best.names if n != name))
 
@@ -199,7 +199,7 @@ def test_fewer_candidates_are_fitted_beside_six_effects(
     search = a_plain_search()
     monkeypatch.setattr(search, "trial", lambda names, *a, **k: a_trial(1000.0 - len(names[-1]), *names[-1:]))
     names = ["mass", "drive_gain", "brake_gain", "steer_ratio", "gyro_bias", "aero_drag", "brake_limit"]
-    now = SimpleNamespace(names=names[:known], values={})
+    now = SimpleNamespace(names=names[:known], values={}, chi2=1000.0)
     ranking = [(float(k), name, {}) for k, name in enumerate(names)]
     found = search._additions(now, ranking)  # type: ignore[arg-type]
     assert len(found) == fitted

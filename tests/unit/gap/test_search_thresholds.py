@@ -288,11 +288,11 @@ class Fitted(Search):
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.fits: list[tuple[str, float]] = []
-        self.rough: list[float] = []
+        self.enough: list[float] = []
 
     def trial(self, names: Collection[str], start: object, **options: Any) -> Trial:  # type: ignore[override]
         self.fits.append((list(names)[-1], options["above"]))
-        self.rough.append(options["rough"])
+        self.enough.append(options["enough"])
         return left(800.0, *names)
 
 
@@ -303,14 +303,21 @@ def test_six_candidates_of_a_round_are_fitted_and_the_hopeless_ones_roughly() ->
     assert len(s.fits) == 6
     assert s.fits[0][1] == inf
     assert [above for _, above in s.fits[1:]] == pytest.approx([800.0 + 0.1 * COUNT] * 5)
-    assert s.rough == [0.005] * 6  # the one that is taken is fitted again
+    # half a percent of what is left beyond the noise: first 1,000, then nothing, for 800 is below it
+    assert s.enough == pytest.approx([5.0, *[-1.0] * 5])
 
 
-@pytest.mark.parametrize(("left_of_like", "enough"), [(9.0, 0.04), (1.001, 2e-4), (0.5, 2e-4)])
-def test_a_rough_fit_ends_where_a_round_gains_little_of_what_is_beyond_the_noise(
-    left_of_like: float, enough: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of 8 times the noise beyond it, half a percent; where nearly nothing is, as any fit."""
+@pytest.mark.parametrize(("best", "enough"), [(9000.0, 40.0), (1000.0, 0.0)])
+def test_what_may_take_the_place_of_an_effect_is_fitted_as_the_best_set_asks(best: float, enough: float) -> None:
+    """However much is left without the effect: half a percent of what the best set leaves beyond the noise."""
+    s = Fitted(Samples(v=3.0), ())
+    s._additions(left(90_000.0), [(1.0, "drive_gain", {})], best)
+    assert s.enough == pytest.approx([enough])
+
+
+@pytest.mark.parametrize(("enough", "ends"), [(40.0, 40.0), (0.1, 0.2), (-1.0, 0.2)])
+def test_a_fit_ends_where_a_round_gains_little(enough: float, ends: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 2e-4 of 1,000 samples at the latest."""
     stops: list[Stop] = []
 
     def fit(target: object, coordinates: object, start: object, *, stop: Stop, **more: object) -> object:
@@ -318,11 +325,17 @@ def test_a_rough_fit_ends_where_a_round_gains_little_of_what_is_beyond_the_noise
         raise StopIteration
 
     monkeypatch.setattr(module, "fit", fit)
-    s = Search(Samples(v=3.0), ())  # type: ignore[arg-type]
-    for rough in (0.005, 0.0):
-        with pytest.raises(StopIteration):
-            s.trial((), {}, like=left(left_of_like * COUNT), rough=rough)
-    assert [stop.enough / COUNT for stop in stops] == pytest.approx([enough, 2e-4])
+    with pytest.raises(StopIteration):
+        Search(Samples(v=3.0), ()).trial((), {}, enough=enough)  # type: ignore[arg-type]
+    assert [stop.enough for stop in stops] == pytest.approx([ends])
+
+
+def test_where_another_effect_will_come_a_fit_may_end_twice_as_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    s = Fitted(Samples(v=3.0), candidates(MODEL, [find_effect("drive_gain"), find_effect("mass")]))  # type: ignore[arg-type]
+    monkeypatch.setattr(s, "trial", lambda names, start, **options: s.enough.append(options["enough"]) or left(9e4))
+    monkeypatch.setattr(s, "_scan", lambda *asked: [])
+    s.in_place_of(left(9000.0, "drive_gain", "mass"), "mass")
+    assert s.enough == pytest.approx([80.0])
 
 
 @pytest.mark.parametrize(("change", "hidden"), [(0.049, ("drive_gain",)), (0.051, ())])
