@@ -31,10 +31,10 @@ def hidden_sizes(model: VehicleModel, tried: Iterable[Candidate], judges: Sequen
     imitates = model.remainder_shape.imitates
     found = []
     for candidate in tried:
-        if candidate.detail or is_placed(candidate):
+        if not imitates.get(candidate.name) or candidate.detail or is_placed(candidate):
             continue
         for c in sizes(candidate.coordinates):
-            size = times_beyond(judges) * imitates.get(c.effect, {}).get(c.key.name, 0.0)
+            size = times_beyond(judges) * imitates[candidate.name].get(c.key.name, 0.0)
             at = candidate.own.get(c.name, c.key.neutral)
             size = min(size, max(c.key.maximum - at, at - c.key.minimum)) if isfinite(at) else size
             if size > c.key.least:

@@ -23,6 +23,7 @@ from tests.unit.gap.linear_world import DRIVE, World, a_search
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
+from vehicle.model.remainder_shape import RemainderShape
 
 MODEL = parse_model("[model]\nname = 'c'\n[parameters]\nwheelbase = 2.5\nmass = 1200.0\n")
 HAS = MODEL.with_effect("drive_gain", {"g": 0.9}).with_effect("detection_yaw", {"b": 0.1})
@@ -373,6 +374,12 @@ def test_each_effect_gains_its_share_of_what_is_beyond_the_noise(monkeypatch: py
     )  # fmt: skip
     assert course.ticks == ["preparing", "held-out data", "ladder", "standing"]
     assert course.settled == []
+
+
+def test_of_what_is_not_named_the_answer_says_how_much_may_hide(monkeypatch: pytest.MonkeyPatch) -> None:
+    shape = RemainderShape(imitates={"mass": {"ratio": 0.1}, "brake_gain": {"g": 0.02}})
+    found = Diagnosing(monkeypatch, LADDER).run(dataclasses.replace(MODEL, remainder_shape=shape))
+    assert [(one.effect, one.size) for one in found.may_hide] == [("brake_gain", pytest.approx(0.086))]
 
 
 def test_a_share_is_within_nothing_and_all(monkeypatch: pytest.MonkeyPatch) -> None:
