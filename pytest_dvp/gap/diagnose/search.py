@@ -196,7 +196,7 @@ class Search:
         count = count or self.count
         gain = (without.chi2 - with_it.chi2) / count
         worth = self.least_gain(with_it.chi2 / count, first=not without.names)
-        if gain < worth or gain > CLEAR_GAIN_FACTOR * worth:
+        if not worth <= gain <= CLEAR_GAIN_FACTOR * worth:  # too little, or so much that no draw is needed
             return gain > worth
         share = self.bootstrap_share(without.segment_chi2, with_it.segment_chi2, slack=BOOTSTRAP_SLACK)
         return share >= MIN_BOOTSTRAP_SHARE

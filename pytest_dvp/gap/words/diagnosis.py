@@ -326,13 +326,13 @@ def _changing(e: NamedEffect) -> str:
 
 
 def _hidden(found: Diagnosis) -> list[str]:
-    """Of which effects a known remainder hides most: "drive_lag.tau by 0.2 s, brake_gain.g by 0.1"."""
+    """Of which effects a known remainder hides most: "drive_lag.tau 0.2 s, brake_gain.g 0.1"."""
     most: dict[str, str] = {}
     for one in found.may_hide:
         if one.effect not in found.not_excited:
-            most.setdefault(one.effect, f"{one.effect}.{one.key} by {three(one.size)} {one.unit}".removesuffix(" -"))
+            most.setdefault(one.effect, f"{one.effect}.{one.key} {three(one.size)} {one.unit}".removesuffix(" -"))
     words = list(most.values())[:MOST_HIDDEN]
-    return _wrapped("beside it the car may differ from the twin unseen, by so much or more: ", words) if words else []
+    return _wrapped("it may hide differences between car and twin of this size, or larger: ", words) if words else []
 
 
 def remainder_words(remainder: Remainder) -> list[str]:

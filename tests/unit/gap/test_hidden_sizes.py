@@ -61,8 +61,8 @@ def test_a_line_tells_the_first_key_of_each_effect_that_the_drive_could_show() -
     hidden = [HiddenSize("drive_lag", "tau", 0.2, "s"), HiddenSize("creep", "a", 0.5, "m/s^2"),
               HiddenSize("drive_lag", "brakes", 0.3, "-"), HiddenSize("mass", "ratio", 0.0861, "-")]  # fmt: skip
     assert lines(("creep",), *hidden) == [
-        "beside it the car may differ from the twin unseen, by so much or more: drive_lag.tau by 0.200 s,",
-        "    mass.ratio by 0.0861",
+        "it may hide differences between car and twin of this size, or larger: drive_lag.tau 0.200 s, "
+        "mass.ratio 0.0861",
     ]
     assert lines(("mass",), hidden[-1]) == []
 
@@ -70,7 +70,7 @@ def test_a_line_tells_the_first_key_of_each_effect_that_the_drive_could_show() -
 def test_eight_effects_are_told() -> None:
     (first, *more) = lines((), *(HiddenSize(f"e{k}", "g", 1.0, "-") for k in range(9)))
     text = " ".join([first, *(line.strip() for line in more)])
-    assert text.endswith("e7.g by 1.00")
+    assert text.endswith("e7.g 1.00")
 
 
 def test_the_document_holds_every_size() -> None:
