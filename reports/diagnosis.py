@@ -37,7 +37,7 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page of one diagnosis; same input, same bytes.
 
     `page` holds verdict, mapping [{name, field, unit, change}] (may be left out), headline, model, logs, held_out,
-    changed (something was found), effects [{name, action,
+    changed (something was found), noise (what an error of 1 is, in words), effects [{name, action,
     standing, apart (judged on detections), physics, equation, parameters [{key, value, interval, unit, meaning}], fit
     and held_out {value, low, high, shown} or None (share of the error), rivals [{name, physics}], manoeuvre, reveals}],
     vetoed, remarks [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
@@ -59,7 +59,7 @@ def render_diagnosis_report(page: Mapping[str, Any]) -> str:
     given = BLUE if page["verdict"] in ("NOTHING_MISSING", "NOT_EXCITED") else VERMILION
     steps = page["ladder"] if changed else [{"label": s["name"], "fit": s["chi2_before"], "held_out": None}
                                             for s in page["signals"]]  # fmt: skip
-    figures: dict[str, Figure] = {"ladder": ladder_figure(steps, page["null_line"], steps=changed)}
+    figures: dict[str, Figure] = {"ladder": ladder_figure(steps, page["null_line"], steps=changed, noise=page["noise"])}
     if page["close"] is not None:
         figures["close"] = close_figure(page["close"], new=new, given=given)
     for number, one in enumerate(page["over_time"]):
@@ -82,10 +82,11 @@ def with_effects(effects: Sequence[Mapping[str, Any]]) -> str:
     return f"with{'out' if effects[0]['action'] == 'remove' else ''} {plain(effects[0]['name'])}"
 
 
-def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *, steps: bool = True) -> Figure:
+def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *, steps: bool = True,
+                  noise: str = "sensor noise") -> Figure:  # fmt: skip
     """Error of each step, from the model as given downwards, on a log axis; green where only noise is left.
 
-    Not `steps`: the rungs stand for themselves, as signals do.
+    Not `steps`: the rungs stand for themselves, as signals do. noise: what an error of 1 is.
     """
     rows = [f"{plain(s['label'])} " for s in rungs]
     values = [s["fit"] for s in rungs] + [s["held_out"] for s in rungs if s["held_out"] is not None]
@@ -99,7 +100,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     ]  # fmt: skip
     notes: list[Figure] = [
         {"xref": "x", "yref": "paper", "x": math.log10(low), "y": 1.0, "xanchor": "left", "yanchor": "bottom",
-         "text": "about sensor noise", "showarrow": False, "font": {"size": 11.5, "color": "#009E73"}},
+         "text": f"about {noise}", "showarrow": False, "font": {"size": 11.5, "color": "#009E73"}},
     ]  # fmt: skip
     if null_line:
         shapes.append({"type": "line", "xref": "x", "yref": "paper", "x0": null_line, "x1": null_line, "y0": 0,
@@ -140,7 +141,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
             "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
             "xaxis": {"type": "log", "range": [math.log10(low), math.log10(high)], "tickvals": ticks,
                       "ticktext": [str(v) for v in ticks], "zeroline": False, "fixedrange": True,
-                      "title": {"text": "error, chi²/N (1 = sensor noise)", "standoff": 6}},
+                      "title": {"text": f"error, chi²/N (1 = {noise})", "standoff": 6}},
             "yaxis": {"type": "category", "categoryorder": "array", "categoryarray": rows[::-1], "fixedrange": True,
                       "range": [-0.55, len(rows) - 0.45], "tickfont": {"size": 13}},
         },

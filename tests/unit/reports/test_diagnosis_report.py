@@ -31,7 +31,8 @@ def page(**more: Any) -> dict[str, Any]:
     rest = {"before": 0.05 * np.sin(t), "after": 0.005 * np.cos(40.0 * t), "noise": 0.005}
     return {
         "verdict": "NAMED", "headline": "car.toml lacks steer_delay (chi²/N 65.6 -> 1.17)", "model": "car.toml",
-        "logs": ["rich.csv"], "held_out": ["urban.csv"], "changed": True, "effects": [effect()], "vetoed": [],
+        "logs": ["rich.csv"], "held_out": ["urban.csv"], "changed": True, "noise": "sensor noise",
+        "effects": [effect()], "vetoed": [],
         "second_opinion": "agrees on steer_delay", "remarks": [], "trial": "",
         "fitted_along": [], "null_line": None, "tiles": ["yaw_rate"], "left": [], "not_excited": [],
         "ladder": [{"label": "model as given", "fit": 65.6, "held_out": 7.06},
@@ -184,3 +185,12 @@ def test_labels_of_the_ladder_keep_off_the_lines_and_each_other() -> None:
 )
 def test_the_better_model_is_called_after_what_is_new(effects: list[dict[str, Any]], words: str) -> None:
     assert with_effects(effects) == words
+
+
+def test_what_an_error_of_one_is_stands_at_the_axis_and_in_the_words() -> None:
+    figure = ladder_figure(page()["ladder"], None, noise="noise and known remainder")["layout"]
+    assert figure["xaxis"]["title"]["text"] == "error, chi²/N (1 = noise and known remainder)"
+    assert [note["text"] for note in figure["annotations"]] == ["about noise and known remainder"]
+    text = render_diagnosis_report({**page(), "noise": "noise and known remainder"})
+    assert "in units of the noise and known remainder" in text
+    assert "in units of the sensor noise" in render_diagnosis_report(page())
