@@ -94,7 +94,7 @@ def diagnosis_page(
         "logs": list(logs),
         "held_out": list(held_out or {}),
         "changed": bool(found.effects),
-        "noise": "noise and known remainder" if found.remainder else "sensor noise",
+        "noise": "noise and remainder" if found.remainder else "sensor noise",
         "effects": [_effect(e, known[e.name], fit.get(e.name), held.get(e.name), known) for e in found.effects],
         "vetoed": list(found.vetoed),
         "second_opinion": second_opinion(found),

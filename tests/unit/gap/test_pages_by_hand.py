@@ -324,7 +324,7 @@ def test_the_input_of_a_page_of_a_diagnosis(asked: list[Any]) -> None:
     assert (none["changed"], none["null_line"], none["model"]) == (False, None, "model.toml")
     twin = dataclasses.replace(unknown, remainder={"v": {"cruise": 0.1}})
     excused = diagnosis_page.diagnosis_page(twin, {"a": None}, None)  # type: ignore[arg-type, dict-item]
-    assert (none["noise"], excused["noise"]) == ("sensor noise", "noise and known remainder")
+    assert (none["noise"], excused["noise"]) == ("sensor noise", "noise and remainder")
 
 
 def test_what_is_indented_goes_on_with_the_line_before_it() -> None:

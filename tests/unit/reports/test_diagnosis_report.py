@@ -188,9 +188,9 @@ def test_the_better_model_is_called_after_what_is_new(effects: list[dict[str, An
 
 
 def test_what_an_error_of_one_is_stands_at_the_axis_and_in_the_words() -> None:
-    figure = ladder_figure(page()["ladder"], None, noise="noise and known remainder")["layout"]
-    assert figure["xaxis"]["title"]["text"] == "error, chi²/N (1 = noise and known remainder)"
-    assert [note["text"] for note in figure["annotations"]] == ["about noise and known remainder"]
-    text = render_diagnosis_report({**page(), "noise": "noise and known remainder"})
-    assert "in units of the noise and known remainder" in text
+    figure = ladder_figure(page()["ladder"], None, noise="noise and remainder")["layout"]
+    assert figure["xaxis"]["title"]["text"] == "error, chi²/N (1 = noise and remainder)"
+    assert [note["text"] for note in figure["annotations"]] == ["about noise and remainder"]
+    text = render_diagnosis_report({**page(), "noise": "noise and remainder"})
+    assert "in units of the noise and remainder" in text
     assert "in units of the sensor noise" in render_diagnosis_report(page())
