@@ -13,12 +13,7 @@ Kind = Literal["scenario", "road", "gates", "model", "study", "plan", "log", ""]
 SKIPPED = frozenset({"node_modules", "runs", "__pycache__", "site-packages"})
 """Folders with files of others or of earlier runs; hidden ones and virtual environments are skipped as well."""
 
-_KINDS: dict[str, Kind] = {
-    ".xosc": "scenario",
-    ".xodr": "road",
-    **dict.fromkeys((".mcap", ".mf4", ".mdf", ".bag", ".db3"), "log"),
-}
-_TABLES = (".csv", ".tsv")  # in a folder, logs only if their first column is the time
+_KINDS: dict[str, Kind] = {".xosc": "scenario", ".xodr": "road"}
 _TIME = re.compile(r"^\W*(t|time|timestamp)\b", re.IGNORECASE)
 _COMMONROAD = re.compile(r"\ufeff?\s*(<\?.*?\?>|<!--.*?-->|\s)*<commonRoad\b", re.DOTALL)
 _MODEL = re.compile(r"^\s*\[\s*model\s*\]", re.MULTILINE)
@@ -37,10 +32,8 @@ def kind_of(path: Path) -> Kind:
     """What a file is by its name, and for .toml by its tables; "" for what is none of ours."""
     if path.suffix.lower() == ".xml":
         return "scenario" if _COMMONROAD.match(_head(path, 2000)) else ""
-    if path.suffix.lower() in _TABLES:
-        return "log" if _TIME.match(_head(path, 200)) else ""
     if path.suffix.lower() != ".toml":
-        return _KINDS.get(path.suffix.lower(), "")
+        return _KINDS.get(path.suffix.lower()) or _log(path)
     if path.name.endswith(".gates.toml"):
         return "gates"
     if path.name == "pyproject.toml":
@@ -51,6 +44,17 @@ def kind_of(path: Path) -> Kind:
     if _MODEL.search(text):
         return "model"
     return "plan" if _PLAN.search(text) else "study" if _STUDY.search(text) else ""
+
+
+def _log(path: Path) -> Kind:
+    """A log by its ending; where files of other kinds bear that as well, only if the first column is the time."""
+    from pytest_dvp.logs.formats.log_format import log_formats
+
+    ending = path.suffix.lower()
+    for one in log_formats():
+        if ending in one.endings and (ending not in one.common or _TIME.match(_head(path, 200))):
+            return "log"
+    return ""
 
 
 def _head(path: Path, characters: int) -> str:

@@ -1,4 +1,6 @@
-"""Least squares over the parameters of effects: Levenberg-Marquardt on simulation error, then a zoom by coordinate.
+"""Least squares over the parameters of effects, and the 95 % intervals of their values.
+
+Levenberg-Marquardt on simulation error, then a zoom by coordinate.
 
 Many effects are not smooth in their parameter (dead band, play, delay), so every derivative is a finite difference over
 a step that matters, and the end is looked at point by point.

@@ -95,7 +95,8 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
     return [Stream("", "", receive, fields, units)]
 
 
-FORMAT = LogFormat("csv", (".csv", ".txt", ".tsv"), (), read_stream, table=read_csv)
+_ENDINGS = (".csv", ".txt", ".tsv")
+FORMAT = LogFormat("csv", _ENDINGS, (), read_stream, table=read_csv, common=_ENDINGS)
 
 
 def _least_rows(path: Path, size: int) -> int:

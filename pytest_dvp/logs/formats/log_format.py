@@ -28,6 +28,8 @@ class LogFormat:
     begins   (first bytes, what the file then is, as in "an MDF file"); () if nothing marks its beginning
     read     see Read
     table    reads a file that is one table, with its lines, where a log is made without any mapping; None: only `read`
+    common   endings that files of other kinds bear as well: in a folder, `dvp check` takes one for a log only if its
+             first column is the time
     folder   name of the file that makes its folder a log of this format; "" if no folder is one
     """
 
@@ -36,6 +38,7 @@ class LogFormat:
     begins: tuple[tuple[bytes, str], ...]
     read: Read
     table: Callable[[Path, Budget | None], Table] | None = None
+    common: tuple[str, ...] = ()
     folder: str = ""
 
 

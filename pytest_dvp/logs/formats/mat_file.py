@@ -46,7 +46,7 @@ def read_mat(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
     return streams
 
 
-FORMAT = LogFormat("mat", (".mat",), ((b"MATLAB ", "a .mat file"),), read_mat)
+FORMAT = LogFormat("mat", (".mat",), ((b"MATLAB ", "a .mat file"),), read_mat, common=(".mat",))
 
 
 def _group(file: str, topic: str, items: dict[str, Any], streams: list[Stream], depth: int) -> None:

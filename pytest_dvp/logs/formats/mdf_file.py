@@ -87,4 +87,5 @@ FORMAT = LogFormat(
     (".mf4", ".mdf", ".dat"),
     ((b"MDF     ", "an MDF file"), (b"UnFinMF ", "an MDF file that was not finished")),
     read_mdf,
+    common=(".dat",),
 )

@@ -12,7 +12,9 @@ import pytest
 from pytest_dvp import run
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.shared import runnable_scenarios
+from pytest_dvp.cli.shared.checkable_files import files_of
 from pytest_dvp.drive.run_spec import RunSpec
+from pytest_dvp.logs.formats.log_format import log_formats
 from scenarios import path as shipped
 from tests.unit.harness.test_event_names import at, group
 
@@ -68,6 +70,17 @@ def test_a_named_file_with_the_ending_of_a_log_is_read_as_one(
     code, found = check(f"drive{ending}")
     assert code == 1
     assert {each["code"].partition(".")[0] for each in found} == {"log"}  # and not that it is no XML
+
+
+def test_a_folder_holds_the_logs_of_every_format_and_no_others(tmp_path: Path) -> None:
+    endings = [ending for one in log_formats() for ending in one.endings]
+    for ending in endings:
+        (tmp_path / f"a{ending}").write_text("t [s],v [m/s]\n")
+        (tmp_path / f"b{ending}").write_text("Ada,Lovelace\n")
+    common = {ending for one in log_formats() for ending in one.common}
+    assert {".csv", ".txt", ".dat", ".mat"} <= common
+    found = {path.name for path in files_of(tmp_path)}
+    assert found == {f"a{ending}" for ending in endings} | {f"b{ending}" for ending in endings if ending not in common}
 
 
 def test_allowed_roads_are_listed_as_one_counts(scenario: Write, check: Callable[..., Any]) -> None:
