@@ -33,6 +33,7 @@ def dependences(count: int = 1000, chi2: float = 1000.0, value: float = 1.2, **g
     trial = SimpleNamespace(values={FACTOR.name: value}, chi2=chi2, fit=SimpleNamespace(coordinates=(FACTOR,)))
     found._trial = trial  # type: ignore[assignment]
     found._offered = {}
+    found._had = {}
     for name, entry in given.items():
         setattr(found, name, entry)
     return found
@@ -106,7 +107,18 @@ def test_a_change_of_half_the_least_size_worth_a_name_is_told(change: float, tol
     q, weight, _ = a_case()
     low, high = (float(q[np.searchsorted(np.cumsum(weight), p * weight.sum())]) for p in (0.05, 0.95))
     for sign in (1.0, -1.0):
-        assert bool(line(dependences(), q, weight * 1e4, sign * change * q / (high - low))) is told
+        assert bool(line(dependences(value=1.0), q, weight * 1e4, sign * change * q / (high - low))) is told
+
+
+@pytest.mark.parametrize(("value", "had", "matters"), [(1.2, 1.0, 0.03), (0.8, 1.0, 0.03), (1.2, 1.1, 0.015)])
+def test_a_value_that_moves_by_little_of_what_it_differs_by_is_a_constant(
+    value: float, had: float, matters: float
+) -> None:
+    q, weight, _ = a_case()
+    low, high = (float(q[np.searchsorted(np.cumsum(weight), p * weight.sum())]) for p in (0.05, 0.95))
+    of = dependences(value=value, _had={FACTOR.name: had})
+    for share in (1.01, 0.99):
+        assert bool(line(of, q, weight * 1e4, share * matters * q / (high - low))) is (share > 1.0)
 
 
 def test_what_does_not_vary_or_is_not_known_changes_nothing() -> None:
