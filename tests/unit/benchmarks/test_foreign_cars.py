@@ -14,6 +14,7 @@ from benchmarks.foreign_cars.car import CARS, data_sheet
 from benchmarks.foreign_cars.case import cases
 from benchmarks.foreign_cars.drive import driven
 from benchmarks.foreign_cars.fleet import FLEET
+from benchmarks.foreign_cars.given import given_total
 from benchmarks.foreign_cars.hidden import RANGES, Controls, Values
 from benchmarks.foreign_cars.tyres import FloatArray
 from vehicle.model.effect_catalogue import catalogue
@@ -140,3 +141,15 @@ def test_on_the_slope_of_a_hill_a_car_rolls_down_and_feels_the_slope() -> None:
     rate = np.polyfit(log["t"][50:], log["v"][50:], 1)[0]
     assert rate == pytest.approx(9.80665 * fall - rolls, rel=0.06)  # wheels turn with it, and the slope eases off
     assert log["ax"][50:].mean() == pytest.approx(-rolls, abs=0.05)
+
+
+def test_of_a_car_that_is_given_places_and_widths_are_those_of_the_changed_car() -> None:
+    added = {"gnss_lever_arm": "x = 0.6\ny = 0.1", "steer_backlash": "half_width = 0.001", "steer_delay": "T = 0.1"}
+    text = "".join(f'[[effect]]\nname = "{name}"\n[effect.parameters]\n{values}\n' for name, values in added.items())
+    twin = parse_model(data_sheet(HATCH) + text)
+    hidden = {"gnss_lever_arm": {"x": 1.2}, "steer_backlash": {"half_width": 0.01}, "steer_delay": {"T": 0.2}}
+    found = given_total(hidden, twin)
+    assert found["gnss_lever_arm"] == {"x": 1.2}
+    assert found["steer_backlash"] == {"half_width": 0.01}
+    assert found["steer_delay"]["T"] == pytest.approx(0.3)
+    assert given_total({}, twin) == {}
