@@ -29,9 +29,9 @@ QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
 WORTH = 0.03  # of max(1, chi^2/N): a dependence that takes away less is none
 CERTAIN = 4.0  # standard errors, clustered by segment: six quantities are tried for each of several values
 CHANGE = 0.5  # of the least size worth naming: a value that moves by less stays the same
-STEADY = 0.15  # of what a value differs from that of the model as it is: one that moves by less is a constant to whoever
-# installs it. Chosen: a drive that gave 0.84 of what it gave before moved by 0.08 and 0.10 of that along a drive, for what
-# the twin of a stranger's bus did not know; a brake that fades by a seventh moves by twice its mean loss
+STEADY = 0.15  # of what a value differs from that of the model as it is: one that moves by less is a constant to who
+# installs it. Chosen: a drive that gave 0.84 of what it gave before moved by 0.08 and 0.10 of that along a drive, for
+# what the twin of a stranger's bus did not know; a brake that fades by a seventh moves by twice its mean loss
 PLAIN = 0.15  # of what the best quantity takes away: one before it in the order that does nearly as well is taken
 _WINDOW = 1.0  # s
 _FEWEST = 12  # windows
@@ -63,7 +63,8 @@ class Dependences:
     def __init__(self, target: ExperimentSet, trial: Trial, effects: Collection[Effect]) -> None:
         self._target, self._trial = target, trial
         self._offered = {seen: e.name for e in effects for seen in e.diagnosed.seen_as}
-        self._had = {(a.name, key): value for a in target.experiments[0].model.effects for key, value in a.values.items()}
+        had = target.experiments[0].model.effects
+        self._had = {(a.name, key): value for a in had for key, value in a.values.items()}
         self._windows, self._segment, self._series = _windows(target)
 
     def of(self, name: str) -> Dependence | None:

@@ -70,18 +70,19 @@ def judge_addition(
         ))  # fmt: skip
     before, after = before / samples, after / samples
     effect = dataclasses.replace(effect, held_out_gain=before - after)
-    if after - before > max(ROUNDING * max(1.0, before), allowed_loss(search, final, name, level, gain)):
+    rounding = ROUNDING * max(1.0, before)
+    if after - before > rounding and after - before > allowed_loss(search, final, name, level, gain, judges):
         return Acceptance(effect, wrong=(
             f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
             f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted "
             f"({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
         ))  # fmt: skip
-    if after - before > ROUNDING * max(1.0, before):
+    if after - before > rounding:
         return Acceptance(effect, note=(
             f"{name} loses a little on held-out data, chi²/N {figure(before)} -> {figure(after)}, beside a gain of "
             f"{figure(gain)} where it is fitted"
         ))  # fmt: skip
-    if before - after < ROUNDING * max(1.0, before):
+    if before - after < rounding:
         return Acceptance(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
     return Acceptance(effect)
 

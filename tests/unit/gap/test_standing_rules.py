@@ -259,7 +259,7 @@ def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, f
 @pytest.mark.parametrize(("there", "told"), [(0.924, True), (0.926, False)])
 def test_data_held_out_must_ask_for_three_quarters_of_the_size(there: float, told: bool) -> None:
     """Of 0.1 that is found, 0.075 there takes away half of what 0.1 changes: 2 x 0.075 x 0.1 - 0.1^2 of 0.1^2."""
-    world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
+    world = World({DRIVE: 299.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
     search = a_search(world, "drive_gain")
     town = (Fold(None, World({DRIVE: 1000.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
     assert is_evident_apart(search, ALONE, "drive_gain", town) is told
@@ -268,6 +268,24 @@ def test_data_held_out_must_ask_for_three_quarters_of_the_size(there: float, tol
     assert is_beyond_remainder(search, ALONE, "drive_gain", town) is told
     parts = (Fold(world, town[0].judge),)  # a part of the drive is no other drive
     assert is_beyond_remainder(search, ALONE, "drive_gain", parts) is True
+
+
+@pytest.mark.parametrize(("deviations", "told"), [(30.1, True), (29.9, False)])
+def test_of_what_is_sure_where_it_is_fitted_data_held_out_may_ask_for_another_size(
+    deviations: float, told: bool
+) -> None:
+    """Of 0.1 that is found, 0.06 there takes away a fifth of what 0.1 changes, 20 standard deviations squared."""
+    world = World({DRIVE: 10.0 * deviations * direction(0)}, {DRIVE: 0.9}, excused=True)
+    search = a_search(world, "drive_gain")
+
+    def town(amount: float) -> tuple[Fold, ...]:
+        return (Fold(None, World({DRIVE: amount * direction(0)}, {DRIVE: 0.94})),)  # type: ignore[arg-type]
+
+    assert is_evident_apart(search, ALONE, "drive_gain", town(450.0)) is told
+    assert is_evident_apart(search, ALONE, "drive_gain", town(226.0)) is told  # 10.1 standard deviations
+    assert is_evident_apart(search, ALONE, "drive_gain", town(221.0)) is False
+    other = World({DRIVE: 10.0 * deviations * direction(0)}, {DRIVE: 0.924}, excused=True)  # the fitted data agree
+    assert is_evident_apart(a_search(other, "drive_gain"), ALONE, "drive_gain", town(450.0)) is False
 
 
 @pytest.mark.parametrize(("deviations", "told"), [(9.9, True), (10.1, False)])

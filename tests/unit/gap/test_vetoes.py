@@ -303,6 +303,21 @@ def test_how_much_an_effect_may_lose(
     assert allowed_loss(search, SimpleNamespace(), "mass", level, fitted) == pytest.approx(loss)
 
 
+@pytest.mark.parametrize(("shown", "excused", "loss"), [(True, True, 0.2), (False, True, 0.05), (True, False, 0.01)])
+def test_what_both_drives_show_where_the_remainder_lasts_may_lose_a_fifth(
+    monkeypatch: pytest.MonkeyPatch, shown: bool, excused: bool, loss: float
+) -> None:
+    asked = []
+    monkeypatch.setattr(veto, "is_clear", lambda search, final, name: True)
+    monkeypatch.setattr(veto, "as_told", lambda search, final: "as told")
+    monkeypatch.setattr(veto, "is_evident_apart", lambda *given: asked.append(given) or shown)
+    search: Any = SimpleNamespace(target=SimpleNamespace(excused=excused))
+    judges: Any = ("a drive",)
+    assert allowed_loss(search, SimpleNamespace(), "mass", 1.0, 1.0, judges) == pytest.approx(loss)
+    assert asked == ([(search, "as told", "mass", judges)] if excused else [])
+    assert allowed_loss(search, SimpleNamespace(), "mass", 1.0, 1.0) == pytest.approx(0.05 if excused else 0.01)
+
+
 @pytest.mark.parametrize(
     ("fitted", "gain", "imitated", "beyond", "out"),
     [
