@@ -38,6 +38,8 @@ SURE = 30.0  # standard deviations on the data fitted on, from which on data hel
 # ask for the same size; chosen: 18 % more mass and a brake lag that grew by 0.17 s reached 34 and 58, and their drives
 # in town asked for two thirds of that size. Of 42 drives with nothing new of six cars of strangers one reached it, with
 # four effects, by each of which its drive in town lost
+ALONE = 90.0  # the same, from which data held out need not show it at all, but must not lose by it; chosen: softer side
+# walls of the tyres of a saloon reached 129, and gained 8 in town; the greatest of the 42 reached 63
 FAR = 5.0  # times as large as the remainder imitates; chosen: a steering that sticks was 32 and 120 times on two cars
 NUDGE = 0.02  # of its range, by which a value is moved to see what it would change; chosen
 
@@ -176,7 +178,10 @@ def is_beyond_remainder(search: Search, trial: Trial, name: str, judges: Sequenc
     its pedal it does."""
     if is_evident_apart(search, trial, name, judges):
         return True
-    return is_clear(search, trial, name, FAR) and not _is_contradicted(search, trial, name, judges)
+    if is_clear(search, trial, name, FAR) and not _is_contradicted(search, trial, name, judges):
+        return True
+    sure = is_clear(search, trial, name) and is_evident(search, trial, name, search.target, ALONE, AGREES)
+    return sure and not _is_contradicted(search, trial, name, judges, agrees=0.0)
 
 
 def all_show(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:
@@ -187,7 +192,7 @@ def all_show(search: Search, trial: Trial, judges: Sequence[Fold]) -> bool:
     return all(is_evident(search, trial, name, data, APART, AGREES, times) for data in all_data(search, judges))
 
 
-def _is_contradicted(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
-    """True if data held out would show an effect of that size, and do not ask for it."""
+def _is_contradicted(search: Search, trial: Trial, name: str, judges: Sequence[Fold], agrees: float = AGREES) -> bool:
+    """True if data held out would show an effect of that size, and gain less than a share of what it changes there."""
     every = [shown_by(search, trial, name, data) for data in drives_apart(judges)]
-    return any(shown.changed > APART**2 and shown.gain < AGREES * shown.changed for shown in every)
+    return any(shown.changed > APART**2 and shown.gain < agrees * shown.changed for shown in every)

@@ -246,7 +246,7 @@ def test_and_it_is_beyond_what_the_remainder_imitates(imitated: float, evident: 
 @pytest.mark.parametrize(("imitated", "far"), [(0.0046, True), (0.0047, False), (0.0, False)])
 def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, far: bool) -> None:
     """5 times 4.3 times 0.0047 is 0.101. Of an effect that no drive was asked for nothing is known."""
-    world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
+    world = World({DRIVE: 899.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
     world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": imitated}})
     search = a_search(world, "drive_gain")
     assert is_clear(search, ALONE, "drive_gain", FAR) is far
@@ -286,6 +286,23 @@ def test_of_what_is_sure_where_it_is_fitted_data_held_out_may_ask_for_another_si
     assert is_evident_apart(search, ALONE, "drive_gain", town(221.0)) is False
     other = World({DRIVE: 10.0 * deviations * direction(0)}, {DRIVE: 0.924}, excused=True)  # the fitted data agree
     assert is_evident_apart(a_search(other, "drive_gain"), ALONE, "drive_gain", town(450.0)) is False
+
+
+@pytest.mark.parametrize(("deviations", "asks", "told"), [(90.1, 0.9, True), (89.9, 0.9, False), (150.0, 0.926, False)])
+def test_what_is_far_beyond_doubt_data_held_out_need_not_show(deviations: float, asks: float, told: bool) -> None:
+    """0.0077 is exceeded by three times 4.3, and so not far. What asks for 0.074 of 0.1 does not agree with itself."""
+    world = World({DRIVE: 10.0 * deviations * direction(0)}, {DRIVE: asks}, excused=True)
+    world.model.remainder_shape = RemainderShape(imitates={"drive_gain": {"g": 0.0077}})
+    search = a_search(world, "drive_gain")
+
+    def town(there: float) -> tuple[Fold, ...]:
+        return (Fold(None, World({DRIVE: 110.0 * direction(0)}, {DRIVE: there})),)  # type: ignore[arg-type]
+
+    assert is_beyond_remainder(search, ALONE, "drive_gain", town(0.949)) is told  # gains, but not by 10 deviations
+    assert is_beyond_remainder(search, ALONE, "drive_gain", town(0.951)) is False  # loses
+    assert is_beyond_remainder(search, ALONE, "drive_gain", ()) is told
+    world.model.remainder_shape = RemainderShape()
+    assert is_beyond_remainder(search, ALONE, "drive_gain", town(0.949)) is False
 
 
 @pytest.mark.parametrize(("deviations", "told"), [(9.9, True), (10.1, False)])
