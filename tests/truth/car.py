@@ -164,7 +164,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         if s[V] > shift_speed(p, s[IN_GEAR]) * (1.0 + p[GAP_MORE] * (max(a, 0.0) - 1.0)):
             s[IN_GEAR] += 1.0
             s[GAP] = t + p[GAP_T]
-        elif s[IN_GEAR] > 0.0 and s[V] < 0.65 * (1.0 - p[GAP_MORE]) * shift_speed(p, s[IN_GEAR] - 1.0):
+        elif s[IN_GEAR] > 0.0 and s[V] < 0.65 * shift_speed(p, s[IN_GEAR] - 1.0) * (
+            1.0 + p[GAP_MORE] * (max(a, 0.0) - 1.0)
+        ):
             s[IN_GEAR] -= 1.0
             s[GAP] = t + p[GAP_T]
         if a > 0.0:

@@ -43,7 +43,8 @@ class Candidate:
     """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on.
 
     coarse: fewer of them, for when the model is nearly right and the fit finds the rest. own: what the model has of
-    it already, from where it may change; {} if it lacks it. detail: tried only where nothing plainer pays.
+    it already, from where it may change; {} if it lacks it. seen: values that a log shows without any model, {} if it
+    shows none. detail: tried only where nothing plainer pays.
     """
 
     effect: Effect
@@ -51,6 +52,7 @@ class Candidate:
     points: tuple[Point, ...]
     coarse: tuple[Point, ...]
     own: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
+    seen: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
 
     @property
     def name(self) -> str:

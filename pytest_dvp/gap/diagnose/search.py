@@ -455,7 +455,8 @@ class Search:
     def pays(self, less: Trial, best: Trial) -> bool:
         """True if an effect is worth its place; of what nearly every car has, far from the noise, if it pays its price:
         a drive that does not ask for it is not all drives."""
-        usual = self.bare and best.chi2 > FAR * self.count and {*best.names} - {*less.names} <= {*USUAL}
+        seen = {name for name in best.names if self.known[name].seen}
+        usual = self.bare and best.chi2 > FAR * self.count and {*best.names} - {*less.names} <= {*USUAL, *seen}
         return self.cost(less) > self.cost(best) if usual else self.is_worth_adding(less, best)
 
     def _plainer(self, best: Trial, name: str) -> Trial:

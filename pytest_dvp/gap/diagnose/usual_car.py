@@ -37,9 +37,11 @@ USUAL: Mapping[str, Mapping[str, float]] = {
     "lift_off_braking": {"a": 0.2},
     "gear_inertia": {"share": 0.1},
     "creep": {"a": 0.2},
+    "power_limit": {"limit": 15.0},
+    "drive_torque_limit": {"limit": 2.0},
 }
 """Effects that nearly every car shows in half a minute of traffic, with values from which a fit may begin; what is not
-told here begins at its neutral value. Chosen at once, not tuned to a car."""
+told here begins at its neutral value. The limits begin low: one that no drive meets has nothing to be fitted to."""
 _FEW = 4  # effects, after which a search of one by one is left where this much is still there:
 BARE = 20.0  # times the noise
 LARGEST = 24  # effects of a set that begins so, or that held-out data agree with; chosen
@@ -53,10 +55,15 @@ def is_bare(search: Fitting, now: Trial) -> bool:
 
 
 def usual_car(search: Fitting) -> Trial:
-    """The set of what nearly every car has, fitted, without what is not worth an effect on this one."""
+    """The set of what nearly every car has, and of what the logs show by themselves, fitted, without what is not worth
+    an effect on this one."""
     names = [name for name in USUAL if name in search.tried]
     begin = {c.name: USUAL[name].get(c.key.name, c.key.neutral)
              for name in names for c in search.tried[name].coordinates}  # fmt: skip
+    for candidate in search.tried.values():
+        if candidate.seen:
+            names.append(candidate.name)
+            begin.update(candidate.seen)
     search.tick(f"what nearly every car has, {len(names)} effects at once")
     now = search.trial(names, search.start | begin)
     for _ in range(_TIMES):

@@ -69,7 +69,7 @@ def test_of_what_nearly_every_car_has_the_least_needed_is_asked_first_and_anew_a
     names = ["mass", "drive_gain", "creep"]
     told: list[str] = []
     search: Any = SimpleNamespace(
-        tried={name: SimpleNamespace(coordinates=()) for name in names}, start={}, count=4, tick=told.append,
+        tried={name: SimpleNamespace(coordinates=(), seen={}) for name in names}, start={}, count=4, tick=told.append,
         target=SimpleNamespace(settle=lambda values: None),
         trial=lambda names, values, like=None: SimpleNamespace(names=tuple(names), values={}, chi2=10.0),
         pays=lambda less, now: bool(({*now.names} - {*less.names}) & needed),

@@ -110,13 +110,21 @@ def test_where_drives_are_held_out_nothing_is_added_by_the_fitted_one_alone(monk
 
 @pytest.mark.parametrize(
     ("bare", "left", "gone", "pays"),
-    [(True, 3.0, "mass", True), (True, 1.9, "mass", False), (False, 3.0, "mass", False), (True, 3.0, "roll", False)],
+    [
+        (True, 3.0, "mass", True),
+        (True, 1.9, "mass", False),
+        (False, 3.0, "mass", False),
+        (True, 3.0, "roll", False),
+        (True, 3.0, "gear_changes", True),  # which the log shows by itself
+    ],
 )
 def test_far_from_the_noise_what_is_usual_needs_to_pay_its_price_only(
     bare: bool, left: float, gone: str, pays: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = object.__new__(Search)
     search.bare, search.count = bare, 10
+    search.known = {name: SimpleNamespace(seen={}) for name in ("drive_lag", "mass", "roll")}  # type: ignore[misc]
+    search.known["gear_changes"] = SimpleNamespace(seen={("gear_changes", "T"): 0.5})  # type: ignore[assignment]
     monkeypatch.setattr(search, "cost", lambda trial: trial.chi2)
     monkeypatch.setattr(search, "is_worth_adding", lambda less, best: False)
     best = SimpleNamespace(names=("drive_lag", gone), chi2=10.0 * left)

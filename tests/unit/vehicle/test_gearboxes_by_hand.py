@@ -34,9 +34,13 @@ ROWS: tuple[Row, ...] = (
      {"gear": 1.0, "left": 0.0}),  # 0.8 of the drive missing for 0.4 of the step
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": -1.0}, {"gear": 1.0, "left": 0.4}, {"accel": -1.0},
      {"left": 0.3}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.75, "accel": 1.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.2},
+    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.75, "accel": 0.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.0},
      {"gear": 0.0, "left": 0.3}),  # back below 0.65 of 2.7, the change up without demand
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.76, "accel": 1.0}, {"gear": 1.0, "left": 0.0}, {"accel": 1.0},
+    ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.76, "accel": 0.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.0},
+     {"gear": 1.0}),
+    ("gear_changes", SHIFTS, {**DRIVES, "vx": 2.14, "accel": 2.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.4},
+     {"gear": 0.0, "left": 0.3}),  # with 2 m/s^2 asked for below 0.65 of 3.3
+    ("gear_changes", SHIFTS, {**DRIVES, "vx": 2.15, "accel": 2.0}, {"gear": 1.0, "left": 0.0}, {"accel": 2.0},
      {"gear": 1.0}),
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 9.5, "accel": 0.5, "settle": 1.0}, {"gear": 0.0, "left": 0.0},
      {"accel": 0.5}, {"gear": 3.0, "left": 0.0}),  # a log begins in its gear

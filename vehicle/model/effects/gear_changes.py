@@ -12,7 +12,8 @@ from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 PROGRESSION = 1.1  # by which each step is smaller than the one below; gearboxes of cars have 1.0 to 1.2
 LEAST = 1.1  # of a step
 DEMAND = 1.0  # m/s^2, in the middle of what drives ask for: there the speed does not hang on how much demand shifts it
-BACK = 0.65  # of the speed of a change up without demand, below which the gearbox changes back; cars have 0.55 to 0.75
+BACK = 0.65  # of the speed of a change up at the same demand, below which the gearbox changes back; cars have 0.55 to
+# 0.75
 
 
 @effect(
@@ -22,7 +23,7 @@ BACK = 0.65  # of the speed of a change up without demand, below which the gearb
     physics="a gearbox opens its clutch, or lowers the torque, while it changes gear",
     equation="a = (1 - cut) a_c for T after each change; up from gear k = 0, 1, ... above v_k (1 + demand (a_c - "
     "1 m/s^2)), with a_c >= 0 what the drive is asked for, v_0 = v1 and v_k+1 = v_k max(step/1.1^k, 1.1); down from "
-    "gear k below 0.65 v_k-1 (1 - demand 1 m/s^2)",
+    "gear k below 0.65 v_k-1 (1 + demand (a_c - 1 m/s^2))",
     source="H. Naunheimer et al., Automotive Transmissions, 2nd ed., sec. 6.2 and 9.1 (interruption of traction)",
     parameters=(
         Key("T", "s", 0.2, 1.2, neutral=0.0, least=0.1, minimum=0.0, maximum=3.0, meaning="time of a change"),
@@ -56,7 +57,7 @@ def gear_changes(x: Bus, p: Any, m: Any) -> None:
         if v + asked * x.dt >= up * later:
             wait = min(max((up * later - v) / max(asked, 0.1), 0.0), x.dt)
             m.gear, m.left = m.gear + 1.0, p.T
-        elif v < BACK * below * (1.0 - p.demand * DEMAND):
+        elif v < BACK * below * later:  # at once when the pedal is pressed: kick-down
             m.gear, m.left = m.gear - 1.0, p.T
     if m.left > 0.0:
         cut = min(m.left, x.dt - wait)
