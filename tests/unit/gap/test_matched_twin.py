@@ -87,6 +87,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(veto, "is_beyond_remainder", lambda *_: False)
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
     monkeypatch.setattr(veto, "is_clear", lambda *_: False)
+    monkeypatch.setattr(veto, "is_evident_apart", lambda *_: False)
     monkeypatch.setattr(veto, "quiet", lambda *_: None)
     monkeypatch.setattr(veto, "as_told", lambda search, trial: trial)
     monkeypatch.setattr(veto, "chosen", lambda search, found, judges: found)
