@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import defaultdict
+from math import inf
 from types import SimpleNamespace
 from typing import Any
 
@@ -173,3 +174,11 @@ class Having(World):
 
     def whitened(self, values: Any) -> Any:
         return super().whitened({DRIVE: 0.9, BRAKE: 0.9} | dict(values))
+
+
+class Limited(World):
+    """What a limit does is in proportion to its inverse."""
+
+    def whitened(self, values: Any) -> Any:
+        rows = [(1.0 / values.get(key, inf) - 1.0 / self.hidden[key]) * row for key, row in self.does.items()]
+        return self.noise + np.sum(rows, axis=0)
