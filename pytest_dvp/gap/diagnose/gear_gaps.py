@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 NAME = "gear_changes"
 SHOWN = 0.15  # of the square of what is left beside the median, that gaps must explain; chosen: of cars of strangers,
-# gearboxes that open their clutch or lower the torque explained 0.24 to 0.57, cars without one 0.11 at most
+# gearboxes that open their clutch or lower the torque explained 0.22 to 0.55, cars without one 0.07 at most
 _LEVEL = 2.6  # s, the median over which a gap does not change; chosen: more than twice the longest gap
 _PULLS = 0.3  # m/s^2 of that median, below which a gap is too small to be seen; chosen
 _RATE = 25.0  # Hz at which a log is looked at
@@ -61,50 +61,53 @@ def with_gear_gaps(candidates: Iterable[Candidate], target: ExperimentSet) -> tu
 
 
 def gear_gaps(target: ExperimentSet) -> GearGaps | None:
-    """The gearbox that the logs show best; None if they show no acceleration or no request of the drive."""
-    gain, pulled, best = 0.0, 0.0, None
-    for late in _LATE:
+    """The gearbox that the logs show best; None if no log has an acceleration and a request of the drive, or no gap."""
+    gain, best = 0.0, None
+    logs = [(e, seen, asked) for e in target.experiments if (seen := _seen(e)) and (asked := _asked(e)) is not None]
+    total = sum(float(seen.rest @ seen.rest) for _, seen, _ in logs)
+    for late in _LATE if total > 0.0 else ():
         sums = np.zeros((len(_FIRST), len(_STEPS), len(_DEMANDS), len(_TIMES), 2))
-        total = 0.0
-        for experiment in target.experiments:
-            seen = _seen(experiment, late)
-            if seen is not None:
-                step, speed, asked, level, rest = seen
-                sums += _scanned(speed, asked, level, rest, step, _FIRST, _STEPS, _DEMANDS, _TIMES)
-                total += float(rest @ rest)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            gains = np.where(sums[..., 1] < 0.0, sums[..., 1] ** 2 / sums[..., 0], 0.0)
+        for e, seen, asked in logs:
+            then = np.interp(seen.t - late, e.log.t, np.maximum(asked, 0.0))
+            sums += _scanned(seen.speed, then, seen.level, seen.rest, 1.0 / _RATE, _FIRST, _STEPS, _DEMANDS, _TIMES)
+        levels, products = sums[..., 0], sums[..., 1]
+        gains = np.divide(products**2, levels, out=np.zeros_like(levels), where=products < 0.0)
         place = np.unravel_index(int(np.argmax(gains)), gains.shape)
-        if total > 0.0 and gains[place] / total > gain:
-            gain, best = float(gains[place] / total), place
-            pulled = float(-sums[place][1] / sums[place][0])
+        if gains[place] > gain:
+            gain, best = float(gains[place]), (place, min(float(-products[place] / levels[place]), 1.0))
     if best is None:
         return None
-    first, step_, demand, time = best
-    values = {"T": _TIMES[time], "v1": _FIRST[first], "step": _STEPS[step_], "demand": _DEMANDS[demand]}
-    return GearGaps(gain, {**{key: float(value) for key, value in values.items()}, "cut": min(pulled, 1.0)})
+    (first, step, demand, time), cut = best
+    values = {"T": _TIMES[time], "v1": _FIRST[first], "step": _STEPS[step], "demand": _DEMANDS[demand], "cut": cut}
+    return GearGaps(gain / total, {key: float(value) for key, value in values.items()})
 
 
-def _seen(e: Experiment, late: float) -> tuple[float, FloatArray, FloatArray, FloatArray, FloatArray] | None:
-    """Time between rows [s], and by row: speed, what the drive is asked for, the median of the acceleration, and what
-    it is beside that where it could show a gap, 0 elsewhere; None if the log has not got these."""
-    asked = _asked(e)
-    if asked is None or len(e.log.t) < 2:
-        return None
-    t, motion = e.log.t, filled(e.log.t, e.measured)
-    step = 1.0 / _RATE
+class _Seen(NamedTuple):
+    """By row at _RATE (n,): stamps [s], speed [m/s], the median of the acceleration, and what the acceleration is
+    beside that [m/s^2], both 0 where no gap could be seen."""
+
+    t: FloatArray
+    speed: FloatArray
+    level: FloatArray
+    rest: FloatArray
+
+
+def _seen(e: Experiment) -> _Seen | None:
+    """What a log shows of gaps; None if it is too short."""
+    t, motion, step = e.log.t, filled(e.log.t, e.measured), 1.0 / _RATE
     rows = np.arange(t[0], t[-1], step)
     if len(rows) < _RATE * _LEVEL:
         return None
     speed = np.abs(_mean(t, motion[:, _V], rows, step))
-    accel = _mean(t, motion[:, _AX], rows, step) if np.isfinite(e.measured[:, _AX]).any() else np.gradient(
-        _mean(t, motion[:, _V], rows, 4.0 * step), step)  # fmt: skip
+    if np.isfinite(e.measured[:, _AX]).any():
+        accel = _mean(t, motion[:, _AX], rows, step)
+    else:
+        accel = np.gradient(_mean(t, motion[:, _V], rows, 4.0 * step), step)
     known = np.isfinite(accel) & np.isfinite(speed)
     accel, speed = np.where(known, accel, 0.0), np.where(known, speed, 0.0)
     level = median_filter(accel, size=int(_LEVEL * _RATE) | 1, mode="nearest")
     shows = known & (level > _PULLS) & (speed > _SLOW)
-    wanted = np.interp(rows - late, t, np.maximum(asked, 0.0))
-    return step, speed, wanted, np.where(shows, level, 0.0), np.where(shows, accel - level, 0.0)
+    return _Seen(rows, speed, np.where(shows, level, 0.0), np.where(shows, accel - level, 0.0))
 
 
 def _asked(e: Experiment) -> FloatArray | None:

@@ -106,7 +106,7 @@ def test_a_drive_without_gaps_shows_no_gearbox() -> None:
     assert gear_gaps(experiment_set({"drive": Log(columns | {"speed_cmd": columns["v"]})}, controlled)) is None
 
 
-@pytest.mark.parametrize(("share", "taken"), [(SHOWN, True), (0.99 * SHOWN, False)])
+@pytest.mark.parametrize(("share", "taken"), [(0.151, True), (0.149, False)])
 def test_changes_of_gear_begin_where_the_logs_show_them(
     share: float, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
