@@ -20,6 +20,8 @@ GRAVITY = 9.80665  # m/s^2, CGPM 1901
 MAX_STEER = 0.6  # rad, of a vehicle without a front axle in the file; chosen
 USUAL_MASS = 1500.0  # kg, where the file states none
 STILL = 1e-3  # m/s: slower is standing; chosen
+STILL_MEASURED = 0.1  # m/s, of one that is moved from outside: its speed may be measured, and no standing car's is 0;
+# an INS has 0.014 m/s (1 sigma) and wheel speeds steps of 0.017. The same on all stages, so that they fire alike
 
 
 class Visible:
@@ -206,7 +208,8 @@ class Entity:
 
     def note_rest(self, time: float) -> None:
         """Keep since when [s] it has been standing, and at the end of its road; `time` is now."""
-        standing = -STILL < self.speed < STILL
+        still = STILL_MEASURED if self.external else STILL
+        standing = -still < self.speed < still
         self.still_since = min(self.still_since, time) if standing else math.inf
         self.end_since = min(self.end_since, time) if self.end_of_road else math.inf
 

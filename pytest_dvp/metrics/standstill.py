@@ -44,17 +44,20 @@ def stop_error(log: Log) -> Measured:
 def creep(log: Log, *, slow: float = SLOW, least: float = LEAST) -> Measured:
     """Greatest distance rolled within one standstill: a stretch slower than `slow` [m/s] for at least `least` [s].
 
-    The path length |v| dt of the whole stretch, so coming to rest from `slow` counts, by `slow`^2 / (2 a): 2 cm at
-    2 m/s^2. Source: definition, of this project. t is when the stretch began. Undefined if the ego never stood so.
+    Its places, the integral of v over the whole stretch, from the hindmost to the foremost: a car that rocks counts
+    once, and the noise of a measured speed does not add up, as its path length would. Coming to rest from `slow`
+    counts, by `slow`^2 / (2 a): 2 cm at 2 m/s^2. Source: definition, of this project. t is when the stretch began.
+    Undefined if the ego never stood so.
     """
-    v = np.abs(log["v"])
-    still = v < slow  # what is not measured is no standstill
+    v = log["v"]
+    still = np.abs(v) < slow  # what is not measured is no standstill
     edge = np.diff(np.concatenate([[False], still, [False]]).astype(np.int64))
     best, when = -1.0, None
     for a, b in zip(np.flatnonzero(edge == 1), np.flatnonzero(edge == -1), strict=True):
         t = log.t[a:b]
         if t[-1] - t[0] >= least - 1e-9:
-            rolled = float(np.sum(0.5 * (v[a + 1 : b] + v[a : b - 1]) * np.diff(t)))
+            place = np.cumsum(0.5 * (v[a + 1 : b] + v[a : b - 1]) * np.diff(t))
+            rolled = float(max(place.max(), 0.0) - min(place.min(), 0.0))
             if rolled > best:
                 best, when = rolled, float(t[0])
     if when is None:

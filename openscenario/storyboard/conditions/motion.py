@@ -87,7 +87,7 @@ def _speed(direction: str | None) -> Callable[[Entity], float]:
 
 @condition(model.StandStillCondition)
 def stand_still(element: model.StandStillCondition, entity: Entity, scope: Scope) -> Test:
-    """True once the entity has stood for the duration [s]."""
+    """True once the entity has stood for the duration [s]. The ego stands below 0.1 m/s: its speed may be measured."""
     duration, board = element.duration, scope.board
     return lambda: board.time - entity.still_since >= duration - RESOLUTION
 

@@ -193,7 +193,7 @@ def test_who_never_moved_stopped_at_the_first_row() -> None:
 
 def test_creeping_is_the_way_of_the_stretch_in_which_it_is_greatest() -> None:
     """1 s slower than 0.3 m/s counts: 0.2 and 0.1 over 1 s make 0.15 m; of 0.29, 0.29 and 0.29 it is 0.58 m."""
-    v = [1.0, 0.2, 0.1, 1.0, 0.29, -0.29, 0.29, 0.3]
+    v = [1.0, 0.2, 0.1, 1.0, 0.29, 0.29, 0.29, 0.3]
     found = of("creep", few({"v": v}))
     assert (found.value, found.t) == (pytest.approx(0.58), 4.0)
     assert of("creep", few({"v": v[:4]})).value == pytest.approx(0.15)
@@ -202,6 +202,13 @@ def test_creeping_is_the_way_of_the_stretch_in_which_it_is_greatest() -> None:
     assert compute("creep", few({"v": v[:4]}), least=1.01).reason == "the ego was never slower than 0.3 m/s for 1.01 s"
     assert not compute("creep", few({"v": [NAN, NAN, 1.0]})).valid
     assert of("creep", few({"v": [0.0, 0.0, 1.0]})).value == 0.0
+
+
+def test_who_rocks_creeps_from_the_hindmost_to_the_foremost_place() -> None:
+    """Places after each second: 0.2, 0.2, 0, -0.2, -0.2 m. Noise around 0 leaves half a step of it."""
+    assert of("creep", few({"v": [1.0, 0.2, 0.2, -0.2, -0.2, -0.2, 0.2]})).value == pytest.approx(0.4)
+    assert of("creep", few({"v": [-1.0, -0.2, -0.2, -0.2, -1.0]})).value == pytest.approx(0.4)
+    assert of("creep", few({"v": [1.0, *[0.02, -0.02] * 20]})).value == pytest.approx(0.0)
 
 
 # --- commands that repeat

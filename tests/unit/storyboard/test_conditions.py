@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,20 @@ def test_travelled_distance(make: Make) -> None:
 
 def test_stand_still_counts_from_the_start(make: Make) -> None:
     assert fires(make, by_entity('<StandStillCondition duration="2"/>', "B")) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("external", "v", "since"),
+    [(False, 9e-4, 3.0), (False, 1.1e-3, math.inf), (True, 0.099, 3.0), (True, -0.099, 3.0), (True, 0.101, math.inf)],
+)
+def test_an_ego_whose_speed_is_measured_stands_below_a_tenth_of_a_metre_per_second(
+    make: Make, external: bool, v: float, since: float
+) -> None:
+    entity = make(A=[teleport(lane_position(100.0))]).entities["A"]
+    entity.external, entity.speed, entity.still_since = external, v, math.inf
+    entity.note_rest(3.0)
+    entity.note_rest(4.0)
+    assert entity.still_since == since
 
 
 def test_speed_holds_at_once(make: Make) -> None:
