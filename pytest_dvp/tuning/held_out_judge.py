@@ -8,6 +8,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+from scipy.stats import t as student_t
+
 from pytest_dvp.tuning.iteration_plan import Drive, Plan, State, drives
 from pytest_dvp.tuning.objective import Score
 from pytest_dvp.tuning.stage_gap import Gap, gap
@@ -16,6 +19,8 @@ from pytest_dvp.workers.pool import Workers
 
 TWIN_GAIN = 0.01  # of log10(chi^2/N): 2 % of the error
 STACK_GAIN = 0.005  # of the score of the performance
+LEAST_PAIRS = 3  # drives from which their scatter is known at all
+SURE = 0.95  # one-sided: a loss that one choice of drives in twenty makes by chance refuses no better twin
 Change: TypeAlias = Literal["better", "alike", "worse"]
 
 
@@ -25,6 +30,7 @@ class HeldOutScore:
     logs (log10 of the geometric mean over logs; [m] RMS over logs, and the noise of the position [m]), the gap.
 
     incidents: what happened that must not, a sentence a drive of the car: scenario, seed, event or object, time.
+    costs: the performance of each drive of the car, in the order of variants and seeds; its mean is `performance`.
     """
 
     state: State
@@ -35,6 +41,7 @@ class HeldOutScore:
     gap: Gap
     logs: tuple[Path, ...]
     incidents: tuple[str, ...] = ()
+    costs: tuple[float, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The score as JSON holds it, with the gap's keys; `chi2_per_n` itself, not its logarithm."""
@@ -67,6 +74,7 @@ def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs
         position_noise=noise,
         gap=gap(asked),
         logs=files,
+        costs=tuple(plan.performance.score([result["metrics"]]).value for _, result in on_car),
         incidents=tuple(
             f"{drive.variant.title}, seed {drive.seed}: {'; '.join(result['incidents'])}"
             for drive, result in on_car
@@ -102,6 +110,22 @@ def stack_change(old: float, new: float) -> Change:
     """Of the score of the performance on the same variants and seeds."""
     margin = STACK_GAIN * abs(old)
     return "better" if new < old - margin else "worse" if new > old + margin else "alike"
+
+
+def same_stack_change(old: HeldOutScore, new: HeldOutScore) -> Change:
+    """Of the performance of one stack after a change of its twin alone.
+
+    The twin translates the stack's accelerations to pedals, so the car's drives differ a little, and the stack decides
+    some ticks earlier or later. As `stack_change`, but a difference that the scatter of the drives explains (t-test of
+    pairs, one-sided) is alike. What must not happen is never chance.
+    """
+    change = stack_change(old.performance.value, new.performance.value)
+    pairs = len(new.costs)
+    if not (old.performance.allowed and new.performance.allowed) or not len(old.costs) == pairs >= LEAST_PAIRS:
+        return change
+    apart = np.subtract(new.costs, old.costs)
+    by_chance = student_t.ppf(SURE, pairs - 1) * apart.std(ddof=1) / math.sqrt(pairs)
+    return change if abs(apart.mean()) > by_chance else "alike"
 
 
 def rw_logs(asked: Sequence[Drive]) -> list[Path]:

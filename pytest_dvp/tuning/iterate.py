@@ -13,7 +13,15 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.text.plain_json import finite
-from pytest_dvp.tuning.held_out_judge import HeldOutScore, judge, log_chi2, rw_logs, stack_change, twin_change
+from pytest_dvp.tuning.held_out_judge import (
+    HeldOutScore,
+    judge,
+    log_chi2,
+    rw_logs,
+    same_stack_change,
+    stack_change,
+    twin_change,
+)
 from pytest_dvp.tuning.implausible_values import ImplausibleValue, find_implausible_values
 from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.ledger import Entry, write_ledger
@@ -264,6 +272,8 @@ def _chosen(
         if option.model != state.model:  # the new drives are logs that the twin has not seen either
             twin = twin_change(log_chi2(state.model, judged.logs, workers), judged.log_chi2)
         stack = stack_change(now.performance.value, judged.performance.value)
+        if option.P == state.P:  # the stack is the same: its performance must not differ more than by chance
+            stack = same_stack_change(now, judged)
         reason = (
             f"{name}: on the drives with it twin {twin}, performance {stack} "
             f"({_told_score(now.performance)} -> {_told_score(judged.performance)})"

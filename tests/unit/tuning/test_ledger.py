@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning.held_out_judge import stack_change, twin_change
+from pytest_dvp.tuning.held_out_judge import HeldOutScore, same_stack_change, stack_change, twin_change
+from pytest_dvp.tuning.iteration_plan import State
 from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.objective import Objective, Score, Term
 from pytest_dvp.tuning.sensitivity import sensitivity
-from pytest_dvp.tuning.stage_gap import figure
+from pytest_dvp.tuning.stage_gap import Gap, figure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Trial, Tuning
 from pytest_dvp.tuning.tuned_parameter import Knob
@@ -47,6 +48,35 @@ def test_a_twin_is_better_by_two_percent_of_the_error(old: float, new: float, to
 @pytest.mark.parametrize(("new", "told"), [(0.99, "better"), (1.004, "alike"), (1.01, "worse"), (1e6, "worse")])
 def test_a_stack_is_better_by_half_a_percent_of_the_score(new: float, told: str) -> None:
     assert stack_change(1.0, new) == told
+
+
+def judged(*costs: float, broken: tuple[str, ...] = ()) -> HeldOutScore:
+    score = Score(sum(costs) / len(costs), {}, broken)
+    return HeldOutScore(State(Path("twin.toml"), {}, {}), score, 0.0, 0.0, 0.0, Gap({}, {}, {}), (), costs=costs)
+
+
+@pytest.mark.parametrize(
+    ("apart", "told"),
+    [
+        ((0.04, -0.02, 0.05, -0.01), "alike"),  # mean 0.015, t = 0.015 / (0.03512 / 2) = 0.85
+        ((0.01, 0.02, 0.03, 0.00), "alike"),  # mean 0.015, t = 0.015 / (0.01291 / 2) = 2.324 < t(0.95, 3) = 2.353
+        ((0.01, 0.02, 0.03, 0.001), "worse"),  # mean 0.01525, t = 0.01525 / (0.01253 / 2) = 2.43
+        ((-0.01, -0.02, -0.03, -0.001), "better"),
+        ((0.001, 0.001, 0.001, 0.001), "alike"),  # no scatter at all, but less than half a percent
+    ],
+)
+def test_scatter_of_the_drives_is_no_loss_of_the_same_stack(apart: tuple[float, ...], told: str) -> None:
+    old = judged(1.0, 1.0, 1.0, 1.0)
+    assert same_stack_change(old, judged(*(1.0 + each for each in apart))) == told
+
+
+def test_what_must_not_happen_is_never_chance() -> None:
+    crash = judged(1.0, 1.0, 1.0, 1001001.0, broken=("collision > 0",))
+    assert same_stack_change(judged(1.0, 1.0, 1.0, 1.0), crash) == "worse"
+
+
+def test_of_two_drives_no_scatter_is_known() -> None:
+    assert same_stack_change(judged(1.0, 1.0), judged(1.04, 0.99)) == "worse"
 
 
 def test_ledger_holds_an_entry_a_line_and_no_nan(tmp_path: Path) -> None:
