@@ -56,7 +56,8 @@ def look_for_structure(
 
     Effects of perception are told, but not taken: the twin sees through sensors of its own.
     """
-    files = [file_digest(str(path)) for path in (model, sheet, *logs)]
+    own = Path(__file__)  # the digest of the code is that of what simulates, to which this file does not belong
+    files = [file_digest(str(path)) for path in (model, sheet, *logs, own)]
     text = json.dumps(["structure", RATE, LEAST_GAIN, ALLOWED, presets, *files, code_digest()])
     key = hashlib.sha256(text.encode()).hexdigest()
     kept = cache.get(key)
@@ -91,16 +92,27 @@ def _looked_for(
     fitted_on = [f"{path.name} sha256:{file_digest(str(path))}" for path in paths]
     while True:
         extension = extend(logs, model, add=add, remove=remove, start=diagnosis.values, fitted_on=fitted_on, tick=tick)
-        idle = next((name for name in add if name in extension.refusal), None)
-        if not extension.refusal or idle is None or len(add) < 2:
+        idle = refused_effects(extension.refusal, [*remove, *add])
+        if not idle or len(add) + len(remove) < 2:
             break
-        add.remove(idle)  # the extension names what does not pay on data it was not fitted on
+        # one at a time, the least first: beside fewer others the next may pay
+        (add if idle[-1] in add else remove).remove(idle[-1])
     told = finite(extension.as_dict())
     if extension.refusal:
         return StructureResult(document, told, model_text(model) if back else None, (), back)
     signs = {"add": "+", "change": "~", "remove": "-"}
     taken = tuple(f"{signs[e.action]} {e.name} {in_words(e.parameters, 4)}" for e in extension.effects)
     return StructureResult(document, told, model_text(extension.model), taken, back)
+
+
+def refused_effects(refusal: str, names: Sequence[str]) -> list[str]:
+    """Those of `names`, in their order, that a clause of the refusal begins with: it is them that do not pay.
+
+    What a clause names further on stands beside them, and stays.
+    """
+    clauses = (clause.removeprefix("the new value of ").removeprefix("without ") for clause in refusal.split("; "))
+    begun = {clause.partition(" ")[0].removesuffix(":") for clause in clauses}
+    return [name for name in names if name in begun]
 
 
 def in_words(parameters: Mapping[str, Any], digits: int) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnosing
+from pytest_dvp.gap.extend import extend as extending
 from pytest_dvp.tuning import structure_search
 from vehicle.model.model_file import read_model
 from vehicle.model.remainder_shape import RemainderShape
@@ -49,3 +50,69 @@ def test_a_diagnosis_of_an_iteration_does_not_excuse_what_the_twin_is_known_to_l
     assert found.pruned == ("EGO_mass 1000 -> 730",)
     assert found.model is not None
     assert "remainder" not in found.model
+
+
+REFUSAL = (
+    "roll explains too little beside rolling_resistance, body_pitch, steer_servo to be worth an effect: chi²/N 1.9 "
+    "without it, 1.9 with it; leave it out, or drive what would show it: circles; steer_servo explains too little "
+    "beside rolling_resistance, roll to be worth an effect: chi²/N 1.88 without it, 1.79 with it; leave it out"
+)
+
+
+@pytest.mark.parametrize(
+    ("names", "refused"),
+    [
+        (["rolling_resistance", "body_pitch", "roll", "steer_servo"], ["roll", "steer_servo"]),
+        (["rolling_resistance", "steer_servo", "roll"], ["steer_servo", "roll"]),
+        (["rolling_resistance", "pitch", "mass"], []),
+    ],
+)
+def test_who_stands_beside_a_refused_effect_is_not_refused(names: list[str], refused: list[str]) -> None:
+    assert structure_search.refused_effects(REFUSAL, names) == refused
+    assert structure_search.refused_effects("", names) == []
+
+
+@pytest.mark.parametrize(
+    "clause",
+    [
+        "{} loses on held-out data",
+        "the new value of {} loses on",
+        "without {} the error on held-out data grows",
+        "{}: no",
+    ],
+)
+def test_every_way_to_refuse_an_effect_is_understood(clause: str) -> None:
+    assert structure_search.refused_effects(clause.format("mass"), ["roll", "mass"]) == ["mass"]
+
+
+def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The refusal of a whole set once took out the effects that stand beside the idle one, the greatest first."""
+    twin, log = tmp_path / "twin.toml", tmp_path / "log.mcap"
+    twin.write_text(TWIN)
+    log.write_bytes(b"")
+    names = ["rolling_resistance", "steer_ratio", "roll", "steer_servo"]
+    effects = [SimpleNamespace(name=name, gain=0.1, action="add", parameters={}) for name in names]
+    asked: list[list[str]] = []
+
+    def extended(logs: Any, model: Any, *, add: list[str], **more: Any) -> Any:
+        asked.append(list(add))
+        idle = [name for name in ("roll", "steer_servo") if name in add and len(add) > 2]
+        beside = ", ".join(name for name in add if name not in idle)
+        refusal = "; ".join(f"{name} explains too little beside {beside}; leave it out" for name in idle)
+        kept = [each for each in effects if each.name in add]
+        return SimpleNamespace(refusal=refusal, effects=kept, model=model, as_dict=dict)
+
+    found = SimpleNamespace(effects=effects, values={}, as_dict=dict)
+    monkeypatch.setattr(diagnosing, "diagnose", lambda logs, model, tick: found)
+    monkeypatch.setattr(extending, "extend", extended)
+    monkeypatch.setattr(structure_search, "thinned", lambda path: SimpleNamespace())
+    monkeypatch.setattr(
+        structure_search, "reset_to_data_sheet",
+        lambda model, sheet, logs, allowed: SimpleNamespace(model=model, changes=()),
+    )  # fmt: skip
+    result = structure_search._looked_for([log], twin, twin, lambda text: None, presets=False)
+    assert asked == [names, names[:3], names[:2]]
+    assert [each.split()[1] for each in result.taken] == names[:2]
+    assert result.model is not None
