@@ -53,7 +53,8 @@ def _driven(job: Job) -> dict[str, Any]:
 
 
 def _incidents(result: Any, error: str | None) -> list[str]:
-    """Which event never fired, who was hit when, since when the car was off the road, what broke off the drive."""
+    """Which event never fired, who was hit when, since when the car was off the road, whether it came to its goal, what
+    broke off the drive."""
     found = [f"event {name!r} never fired" for name in result.never_fired]
     first: dict[str, float] = {}
     for event in result.log.events:
@@ -63,6 +64,8 @@ def _incidents(result: Any, error: str | None) -> list[str]:
     if "on_road" in result.log.columns:
         off = result.log.t[result.log["on_road"] == 0.0]
         found += [f"it left the road at {t:.2f} s" for t in off[:1]]
+    if result.metrics.get("goal_reached") == 0.0:  # of a task without a goal it is not defined
+        found.append("it did not reach its goal")
     if found or error is not None:
         found.append(f"it ended after {result.log.t[-1]:.1f} s by {result.ended}")
     return found + ([f"it broke off: {error}"] if error is not None else [])

@@ -59,5 +59,6 @@ def test_a_drive_tells_which_event_never_fired_and_when_it_ended() -> None:
     (event, *_), last = found["incidents"][:-1], found["incidents"][-1]
     assert event.startswith("event '")
     assert event.endswith(" never fired")
+    assert found["incidents"][-2] == "it did not reach its goal"
     assert last.startswith("it ended after 2.0 s by")
     assert found["metrics"]["missed_events"] > 0.0
