@@ -92,10 +92,10 @@ def _looked_for(
     fitted_on = [f"{path.name} sha256:{file_digest(str(path))}" for path in paths]
     while True:
         extension = extend(logs, model, add=add, remove=remove, start=diagnosis.values, fitted_on=fitted_on, tick=tick)
-        idle = refused_effects(extension.refusal, [*remove, *add])
+        idle = [name for name in (*remove, *add) if name in extension.refused]
         if not idle or len(add) + len(remove) < 2:
             break
-        # one at a time, the least first: beside fewer others the next may pay
+        # one at a time, the last named first, as it explains least: beside fewer others the next may pay
         (add if idle[-1] in add else remove).remove(idle[-1])
     told = finite(extension.as_dict())
     if extension.refusal:
@@ -103,16 +103,6 @@ def _looked_for(
     signs = {"add": "+", "change": "~", "remove": "-"}
     taken = tuple(f"{signs[e.action]} {e.name} {in_words(e.parameters, 4)}" for e in extension.effects)
     return StructureResult(document, told, model_text(extension.model), taken, back)
-
-
-def refused_effects(refusal: str, names: Sequence[str]) -> list[str]:
-    """Those of `names`, in their order, that a clause of the refusal begins with: it is them that do not pay.
-
-    What a clause names further on stands beside them, and stays.
-    """
-    clauses = (clause.removeprefix("the new value of ").removeprefix("without ") for clause in refusal.split("; "))
-    begun = {clause.partition(" ")[0].removesuffix(":") for clause in clauses}
-    return [name for name in names if name in begun]
 
 
 def in_words(parameters: Mapping[str, Any], digits: int) -> str:

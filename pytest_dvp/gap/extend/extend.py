@@ -129,6 +129,7 @@ def extend(
     channels = target.by_channel(final.values)
     left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
     explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
+    refused_names = tuple(d.effect.name for d in done if d.wrong)
     wrong = [d.wrong for d in done if d.wrong]
     # Logs that are predicted from the others may show nothing of an effect: those judge only what was fitted again
     if not wrong and (kept or (held_out and whole.chosen)):
@@ -169,6 +170,7 @@ def extend(
         notes=(*notes, *edges(final), *assumed(final, model)),
         explained=explained,
         excused=bool(model.remainder),
+        refused=refused_names,
     )
 
 

@@ -29,6 +29,7 @@ class Extension:
     refitted   values of what was in the model already and was fitted again: (effect, key) -> value with interval
     ladder     from the model as given to the new one
     refusal    why the model must not be taken, in one line; empty if it may
+    refused    the effects that this is due to; empty if it is due to the model as a whole, or if it may be taken
     notes      what is to be known beside it, a line each
     explained  True if what is left, on the data held out too, is no more than the noise of the sensors: nothing is to
                be added any more
@@ -44,6 +45,7 @@ class Extension:
     notes: tuple[str, ...]
     explained: bool
     excused: bool = False
+    refused: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-able; `extend --json` adds the file and the gates."""

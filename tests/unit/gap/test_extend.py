@@ -133,6 +133,7 @@ def test_loss_on_held_out_data_is_refused() -> None:
     found = extend(logs(a=one), model(), add=["gyro_bias"], held_out=logs(b=other))
     before, after = (rung.step for rung in (found.ladder[0], found.ladder[-1]))
     assert after.chi2_per_n < before.chi2_per_n
+    assert found.refused == ("gyro_bias",)
     assert found.refusal.startswith("gyro_bias loses on held-out data, chi²/N ")
     assert "leave it out" in found.refusal
     assert "\n" not in found.refusal
@@ -148,6 +149,7 @@ def test_loss_is_found_without_a_held_out_log_too() -> None:
 @pytest.mark.nightly(by_day=2)
 def test_effect_that_explains_nothing_is_refused_with_what_would_show_it(effect: str, why: str) -> None:
     found = extend(logs(a=town(DELAY)), model(), add=["steer_delay", effect])
+    assert found.refused == (effect,)  # not steer_delay, which the sentence names as well
     assert f"{effect} explains {why} beside steer_delay" in found.refusal
     assert "drive what would show it" in found.refusal
 
@@ -162,6 +164,7 @@ def test_effect_that_the_car_lacks_can_be_removed() -> None:
 
 def test_effect_that_the_car_has_is_not_removed() -> None:
     found = extend(logs(a=town(DELAY)), model(DELAY), remove=["steer_delay"])
+    assert found.refused == ("steer_delay",)
     assert found.refusal.startswith("without steer_delay the error on the data fitted on grows, chi²/N 1")
 
 
@@ -241,7 +244,7 @@ def with_boxes(latency: float, seed: int) -> Log:
 
 def test_perception_effect_is_added_with_the_value_of_the_detections() -> None:
     found = extend(logs(a=with_boxes(0.2, 1)), model(), add=["detection_latency"], held_out=logs(b=with_boxes(0.2, 2)))
-    assert (found.refusal, found.notes) == ("", ())
+    assert (found.refusal, found.refused, found.notes) == ("", (), ())
     (applied,) = found.model.effects
     assert applied.values["T"] == pytest.approx(0.2, abs=0.01)
     assert applied.intervals["T"].low < 0.2 < applied.intervals["T"].high
@@ -250,6 +253,7 @@ def test_perception_effect_is_added_with_the_value_of_the_detections() -> None:
 @pytest.mark.nightly
 def test_perception_effect_that_other_detections_do_not_show_is_refused() -> None:
     found = extend(logs(a=with_boxes(0.2, 1)), model(), add=["detection_latency"], held_out=logs(b=with_boxes(0.0, 2)))
+    assert found.refused == ("detection_latency",)
     assert found.refusal.startswith("detection_latency loses on held-out data: T is ")
 
 

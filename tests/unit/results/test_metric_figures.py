@@ -205,7 +205,7 @@ def test_creeping_is_the_way_of_the_stretch_in_which_it_is_greatest() -> None:
 
 
 def test_who_rocks_creeps_from_the_hindmost_to_the_foremost_place() -> None:
-    """Places after each second: 0.2, 0.2, 0, -0.2, -0.2 m. Noise around 0 leaves half a step of it."""
+    """Places after each second: 0.2, 0.2, 0, -0.2, -0.2 m. Noise that alternates leaves nothing."""
     assert of("creep", few({"v": [1.0, 0.2, 0.2, -0.2, -0.2, -0.2, 0.2]})).value == pytest.approx(0.4)
     assert of("creep", few({"v": [-1.0, -0.2, -0.2, -0.2, -1.0]})).value == pytest.approx(0.4)
     assert of("creep", few({"v": [1.0, *[0.02, -0.02] * 20]})).value == pytest.approx(0.0)

@@ -52,39 +52,6 @@ def test_a_diagnosis_of_an_iteration_does_not_excuse_what_the_twin_is_known_to_l
     assert "remainder" not in found.model
 
 
-REFUSAL = (
-    "roll explains too little beside rolling_resistance, body_pitch, steer_servo to be worth an effect: chi²/N 1.9 "
-    "without it, 1.9 with it; leave it out, or drive what would show it: circles; steer_servo explains too little "
-    "beside rolling_resistance, roll to be worth an effect: chi²/N 1.88 without it, 1.79 with it; leave it out"
-)
-
-
-@pytest.mark.parametrize(
-    ("names", "refused"),
-    [
-        (["rolling_resistance", "body_pitch", "roll", "steer_servo"], ["roll", "steer_servo"]),
-        (["rolling_resistance", "steer_servo", "roll"], ["steer_servo", "roll"]),
-        (["rolling_resistance", "pitch", "mass"], []),
-    ],
-)
-def test_who_stands_beside_a_refused_effect_is_not_refused(names: list[str], refused: list[str]) -> None:
-    assert structure_search.refused_effects(REFUSAL, names) == refused
-    assert structure_search.refused_effects("", names) == []
-
-
-@pytest.mark.parametrize(
-    "clause",
-    [
-        "{} loses on held-out data",
-        "the new value of {} loses on",
-        "without {} the error on held-out data grows",
-        "{}: no",
-    ],
-)
-def test_every_way_to_refuse_an_effect_is_understood(clause: str) -> None:
-    assert structure_search.refused_effects(clause.format("mass"), ["roll", "mass"]) == ["mass"]
-
-
 def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,7 +69,7 @@ def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
         beside = ", ".join(name for name in add if name not in idle)
         refusal = "; ".join(f"{name} explains too little beside {beside}; leave it out" for name in idle)
         kept = [each for each in effects if each.name in add]
-        return SimpleNamespace(refusal=refusal, effects=kept, model=model, as_dict=dict)
+        return SimpleNamespace(refusal=refusal, refused=tuple(idle), effects=kept, model=model, as_dict=dict)
 
     found = SimpleNamespace(effects=effects, values={}, as_dict=dict)
     monkeypatch.setattr(diagnosing, "diagnose", lambda logs, model, tick: found)
