@@ -84,7 +84,7 @@ class Behaviour:
         self.trace = self._nets.trace
         self._overtaking = Overtaking(parameters, car)
         self._path: FloatArray | None = None
-        self._memory = TrackMemory()
+        self._memory = TrackMemory(car.camera_z)
         self._crossing = CrossingRule(parameters, car)
         self._junction = JunctionRule(car)
         self._signals: dict[str, str] = {}
@@ -116,7 +116,7 @@ class Behaviour:
             self._overtaking.reset()
         for signal in signals:
             self._signals[signal.id] = signal.state
-        self._memory.note(t, detections)
+        self._memory.note(t, estimate.x, estimate.y, detections)
         placed, contact = self._place(s, v, navigator, self._path, detections)
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)

@@ -95,8 +95,8 @@ class TestRule:
     def wait(self, scenarios_dir: Path, tmp_path: Path, car: Detection | None, v: float = 4.0, at: float = 15.0):
         """(near, wait) of a car that turns left `at` metres before the junction."""
         navigator = on_the_way(town(scenarios_dir, tmp_path), FROM_SOUTH, TO_WEST)
-        rule, memory, seen = JunctionRule(CAR), TrackMemory(), () if car is None else (car,)
-        memory.note(0.0, seen)
+        rule, memory, seen = JunctionRule(CAR), TrackMemory(CAR.camera_z), () if car is None else (car,)
+        memory.note(0.0, 0.0, 0.0, seen)
         s = navigator.monitor.spans[1].s_from - at
         found = rule.update(0.0, s, v, navigator, seen, memory)
         return found, rule.limits(s, found[1])
@@ -127,7 +127,7 @@ class TestRule:
 
     def test_at_a_stop_sign_it_stands_though_nobody_comes(self, scenarios_dir: Path, tmp_path: Path) -> None:
         navigator = on_the_way(town(scenarios_dir, tmp_path, "R2"), FROM_WEST, TO_NORTH)
-        rule, memory = JunctionRule(CAR), TrackMemory()
+        rule, memory = JunctionRule(CAR), TrackMemory(CAR.camera_z)
         line = navigator.monitor.spans[1].s_from
         assert rule.update(0.0, line - 20.0, 3.0, navigator, (), memory) == (True, True)
         assert rule.update(9.0, line - FRONT - 0.6, 0.0, navigator, (), memory) == (True, False)

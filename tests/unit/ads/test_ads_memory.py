@@ -43,22 +43,35 @@ def vehicle(t: float, x: float, sigma: float) -> tuple[Detection, ...]:
 
 
 def test_a_place_that_wanders_within_its_doubt_is_no_motion() -> None:
-    memory = TrackMemory()
+    memory = TrackMemory(1.4)
     for k in range(200):
-        memory.note(0.05 * k, vehicle(0.05 * k, 60.0 + 4.0 * math.sin(0.1 * k), 1.8))
+        memory.note(0.05 * k, 0.0, 0.0, vehicle(0.05 * k, 60.0 + 4.0 * math.sin(0.1 * k), 1.8))
     assert not memory.moved(1)
 
 
-@pytest.mark.parametrize(("sigma", "way"), [(0.1, 3.0), (1.2, 15.0)])
+@pytest.mark.parametrize(("sigma", "way"), [(0.1, 3.0), (1.2, 30.0)])
 def test_who_went_farther_than_the_doubt_of_his_place_has_moved(sigma: float, way: float) -> None:
-    memory = TrackMemory()
+    memory = TrackMemory(1.4)
     for k in range(50):
-        memory.note(0.05 * k, vehicle(0.05 * k, 40.0 + way * k / 49.0, sigma))
+        gone = way * k / 49.0
+        memory.note(0.05 * k, gone, 0.0, vehicle(0.05 * k, 40.0 + gone, sigma))  # the car follows it
     assert memory.moved(1)
 
 
 def test_a_place_that_gets_surer_is_compared_with_the_surer_one() -> None:
-    memory = TrackMemory()
+    memory = TrackMemory(1.4)
     for k, (x, sigma) in enumerate([(66.0, 2.0), (61.0, 0.5), (60.0, 0.1), (60.3, 0.1)]):
-        memory.note(0.05 * k, vehicle(0.05 * k, x, sigma))
+        memory.note(0.05 * k, 0.0, 0.0, vehicle(0.05 * k, x, sigma))
     assert not memory.moved(1)
+
+
+def test_a_place_that_wanders_by_the_pitch_of_the_car_is_no_motion_until_a_lidar_says_so() -> None:
+    # as driven: a parked car, placed by the camera alone while the car pulls away, then by its LiDAR
+    places = [(81.9, 74.2), (68.6, 58.6), (73.9, 61.5), (95.3, 68.6), (87.4, 46.1)]
+    memory = TrackMemory(1.4)
+    for k, (place, distance) in enumerate(places):
+        sigma = 0.15 if distance < 50.0 else 0.03 * distance
+        memory.note(0.05 * k, place - distance, 0.0, vehicle(0.05 * k, place, sigma))
+        assert not memory.moved(1), k
+    memory.note(1.0, 50.0, 0.0, vehicle(1.0, 91.0, 0.15))
+    assert memory.moved(1)  # by the LiDAR, 3.6 m are motion
