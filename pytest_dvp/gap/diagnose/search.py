@@ -311,10 +311,10 @@ class Search:
             options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
             return look.strongest, [(left, name, point) for left, point in options]
 
-        few = [name for name in names if name not in now.names]
-        found = mapped(looked_at, few)
+        found = mapped(looked_at, few := [name for name in names if name not in now.names])
         if not now.names:
-            self._shown |= {name: strongest / self.count for name, (strongest, _) in zip(few, found, strict=True)}
+            # Only the first scan is sure to look at the strongest of each.
+            self._shown = {n: seen / self.count for n, (seen, _) in zip(few, found, strict=True)} | self._shown
         ranking = [min(options, key=lambda option: option[0]) for _, options in found if options]
         return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
 

@@ -97,6 +97,16 @@ def test_a_limit_that_is_never_met_is_not_excited() -> None:
     assert s.run().not_excited == ("steer_angle_limit",)
 
 
+def test_what_a_drive_shows_does_not_depend_on_what_is_looked_at_later() -> None:
+    """In place of the only effect of a set, those without hope are looked at in their weakest point only."""
+    s = search(weak(), "drive_gain", "brake_gain", "steer_ratio", "steer_lag", "steer_offset")
+    found = s.run()
+    assert (found.final.names, found.not_excited) == (("drive_gain",), ())
+    s._near.clear()
+    s.in_place_of(found.final, "drive_gain")
+    assert s._hidden() == ()
+
+
 def test_the_simpler_of_two_that_can_do_the_same_is_named() -> None:
     """Both sides alike is a ratio; an asymmetry would do it with one parameter more, and is no rival for that."""
     s = on_truth({"steer_ratio": {"g": 0.88}}, "rich", "steer_asymmetry", "steer_ratio", "steer_offset")
