@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics.metric import Measured, Series, metric
@@ -16,9 +17,10 @@ from pytest_dvp.metrics.metric import Measured, Series, metric
 def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
     """Time in which a corner of the ego's box was farther from the centre line of the task's lanes than half of them.
 
-    The centre line is the log's reference line; the width of the lane is the column `lane_width`, or `width` [m] where
-    that is declared. Rows beside neither end of the line count, overtaking too. Source: lane departure of ISO
-    17361:2017 (a wheel beyond the boundary), with the box for the wheels. Undefined without line or width.
+    The centre line is the log's reference line; the width of the lane is the column `lane_width`, where the ego is on
+    no lane the last one, or `width` [m] where that is declared. Rows beyond an end of the line do not count,
+    overtaking does. Source: lane departure of ISO 17361:2017 (a wheel beyond the boundary), with the box for the
+    wheels. Undefined without line or width.
     """
     from pytest_dvp.metrics._polyline import lateral_offsets
 
@@ -26,7 +28,7 @@ def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
         raise Undefined("the log has no reference line: the task has neither lane nor route")
     if math.isnan(width) and "lane_width" not in log.columns:
         raise Undefined("the log does not tell the width of the lane (lane_width): declare width")
-    half = 0.5 * (log["lane_width"] if math.isnan(width) else np.full(len(log.t), width))
+    half = 0.5 * (_held(log["lane_width"]) if math.isnan(width) else np.full(len(log.t), width))
     length, across, ahead = ego_size(log)
     cos, sin = np.cos(log["yaw"]), np.sin(log["yaw"])
     line = np.ascontiguousarray(log.reference)
@@ -44,3 +46,9 @@ def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
     value = max(float(step[out].sum()), float(np.median(np.diff(log.t)))) if out.any() else 0.0
     extra = {"farthest": float(np.nanmax(over))}
     return Measured(value, None if worst is None else float(log.t[worst]), "", Series(log.t, over), extra)
+
+
+def _held(widths: FloatArray) -> FloatArray:
+    """Widths (n,) of the lane [m], where there is none the last one before."""
+    last = np.maximum.accumulate(np.where(np.isfinite(widths), np.arange(len(widths)), 0))
+    return np.asarray(widths[last])

@@ -15,6 +15,7 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
 
 STATISTICS = ("rms", "greatest")
+TICK = 0.05  # s, of the loop (20 Hz); between two looks at an estimate that never changes
 
 
 @metric(name="localization_error", unit="m", bigger_is_worse=True, open_loop=True, note="{statistic} of the position")
@@ -82,8 +83,16 @@ def localization_nees(log: Log) -> Measured:
 
 
 def _fresh(log: Log, name: str) -> NDArray[np.int64]:
-    """Rows of the ticks: an estimate holds in the log until the next; it was true at the instant of the tick."""
-    return np.flatnonzero(np.diff(log[name], prepend=np.nan) != 0.0)
+    """Rows of the ticks: an estimate holds in the log until the next; it was true at the instant of the tick.
+
+    A tick is where the estimate changes; one that stays is still believed, and counts again from the second period on.
+    """
+    changed = np.diff(log[name], prepend=np.nan) != 0.0
+    told = np.diff(log.t[changed & np.isfinite(log[name])])
+    period = float(np.median(told)) if len(told) else TICK
+    last = np.maximum.accumulate(np.where(changed, np.arange(len(log.t)), 0))
+    periods = np.floor((log.t - log.t[last]) / period + 1e-6)
+    return np.flatnonzero(changed | ((periods >= 2.0) & (np.diff(periods, prepend=0.0) > 0.0)))
 
 
 def _figure(name: str, statistic: str, t: FloatArray, error: FloatArray, what: str) -> Measured:

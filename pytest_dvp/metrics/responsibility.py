@@ -11,6 +11,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._box_gaps import corners_seen_by
 from pytest_dvp.metrics._pairs import pairs
+from pytest_dvp.metrics._presence import steps
 from pytest_dvp.metrics.metric import Measured, metric
 
 _UNDECLARED = math.nan
@@ -59,7 +60,7 @@ def rss_violation(
         need = safe_longitudinal(u, w, response_time, max_acceleration, min_braking, max_braking)
         aside = safe_lateral(p, q, response_time, lateral_acceleration, lateral_braking, lateral_margin)
         bad = (along < need) & (across < aside)
-        total += float(np.diff(t, append=t[-1])[bad].sum())
+        total += float(steps(t)[bad].sum())
         short = np.where(bad, need - along, 0.0)
         k = int(np.argmax(short))
         if short[k] > worst:

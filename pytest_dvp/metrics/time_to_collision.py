@@ -9,6 +9,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
+from pytest_dvp.metrics._presence import steps
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a contact counts as this one
@@ -45,8 +46,7 @@ def tet(log: Log, *, critical: float = 2.0) -> Measured:
     """
     total, worst, when, worst_name = 0.0, np.inf, None, ""
     for name, t, ttc in _ttc_of_objects(log):
-        step = np.diff(t, append=t[-1])  # a sample stands for the time until the next one
-        total += float(step[ttc < critical].sum())
+        total += float(steps(t)[ttc < critical].sum())
         least = int(np.argmin(ttc))
         if ttc[least] < min(worst, critical):
             worst, when, worst_name = float(ttc[least]), float(t[least]), name

@@ -249,6 +249,13 @@ def beside(y: Any, width: float = 4.0, **columns: Any) -> Log:
     return few(told, reference=np.array([(0.0, 0.0), (100.0, 0.0)]))
 
 
+def test_who_is_on_no_lane_at_all_is_outside_the_last_one() -> None:
+    far = beside([0.0, 1.3, 20.0, 20.0, 0.0], lane_width=[4.0, 4.0, NAN, NAN, 4.0])
+    assert of("lane_time_outside", far).value == 3.0
+    first = beside([20.0, 20.0, 0.0], lane_width=[NAN, NAN, 4.0])  # which lane it came from is not known
+    assert of("lane_time_outside", first).value == 0.0
+
+
 def test_a_lane_is_left_when_a_side_is_farther_than_half_of_it() -> None:
     """Half of 4 m less 0.75 m is 1.25 m."""
     found = of("lane_time_outside", beside([0.0, 1.25, -1.35, 1.5, 0.0]))

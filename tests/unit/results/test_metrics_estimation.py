@@ -39,6 +39,26 @@ def test_the_time_before_the_first_estimate_does_not_count() -> None:
     assert result.value == pytest.approx(0.2)
 
 
+@pytest.mark.parametrize(("metric", "column", "truth"), [("localization_error", "ads.x", "x"),
+                                                         ("speed_error", "ads.v", "v"),
+                                                         ("heading_error", "ads.yaw", "yaw")])  # fmt: skip
+def test_an_estimate_that_is_stuck_is_wrong_for_as_long_as_it_is_believed(metric: str, column: str, truth: str) -> None:
+    t = times()
+    moves = 0.1 * t  # 1 at the end
+    columns = {truth: moves, "ads.y": 0.0, column: 0.0}
+    greatest = compute(metric, log_of(columns=columns), statistic="greatest")
+    assert (greatest.value, greatest.t) == (pytest.approx(1.0), pytest.approx(10.0))
+    assert compute(metric, log_of(columns=columns)).value == pytest.approx(math.sqrt(1.0 / 3.0), rel=0.01)
+    stuck = np.where(t < 5.0, np.repeat(0.1 * TICKS, 5)[: len(t)], 0.5)
+    assert compute(metric, log_of(columns={**columns, column: stuck}), statistic="greatest").value == pytest.approx(0.5)
+
+
+def test_an_estimate_that_comes_seldom_is_not_late_either() -> None:
+    t = times()
+    seldom = np.repeat(5.0 * t[::20], 20)[: len(t)]  # 5 Hz
+    assert compute("localization_error", log_of(columns={"x": 5.0 * t, "ads.x": seldom, "ads.y": 0.0})).value == 0.0
+
+
 def test_without_an_estimate_it_is_undefined() -> None:
     assert not compute("localization_error", drive_straight(5.0)).valid
     assert not compute("localization_error", log_of(columns={"ads.x": math.nan, "ads.y": math.nan})).valid

@@ -204,3 +204,12 @@ def _turned(box: Box, turn: float) -> Box:
     x, y, yaw, length, width, vx, vy = box
     c, s = math.cos(turn), math.sin(turn)
     return c * x - s * y, s * x + c * y, yaw + turn, length, width, c * vx - s * vy, s * vx + c * vy
+
+
+def test_who_is_away_is_no_danger_meanwhile() -> None:
+    """Ahead for 1 s, 1 s short of a contact, then away for 10 s, and there again for 1 s."""
+    t = np.concatenate([np.arange(0.0, 1.0, 0.01), np.arange(11.0, 12.0, 0.01)])
+    columns = {"x": 5.0 * times(20.0), "v": 5.0, "vx": 5.0}
+    car = track(t, 5.0 * t + 1.2 + 8.0, 0.0)
+    log = log_of(20.0, columns=columns, objects={"car": car})
+    assert compute("tet", log).value == pytest.approx(2.0, abs=0.05)
