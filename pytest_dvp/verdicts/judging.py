@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -98,13 +99,29 @@ def judge(gates: GateFile | Sequence[Gate], log: Log) -> list[Verdict]:
     decides instead of this, one on `event_started` for its event.
     """
     here = _here(gates, log)
-    verdicts = [_judge(gate, log) for gate in here]
+    verdicts = _told_apart(here, [_judge(gate, log) for gate in here])
     if verdicts:
         missed = never_fired(gates, log) if overall(verdicts) == "PASS" else ()
         return [*verdicts, *_storyboard(missed, log)]
     file = gates.file if isinstance(gates, GateFile) else ""
     text = f"no gate applies to stage {log.meta.get('stage', 'dt')}: nothing was judged"
     return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
+
+
+def _told_apart(gates: Sequence[Gate], verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """Verdicts whose labels are those of others get the options of their gates, or one would stand for both."""
+    count = collections.Counter(verdict.gate for verdict in verdicts)
+    return [
+        dataclasses.replace(verdict, gate=verdict.gate.replace(gate.metric, f"{gate.metric}({_options(gate)})", 1))
+        if count[verdict.gate] > 1 and gate.options and gate.only_with is None
+        else verdict
+        for gate, verdict in zip(gates, verdicts, strict=True)
+    ]
+
+
+def _options(gate: Gate) -> str:
+    values = ((key, f"{value:g}" if isinstance(value, float) else value) for key, value in gate.options.items())
+    return _printable(", ".join(f"{key}={value}" for key, value in values))
 
 
 def pairs_of(gates: Iterable[Gate]) -> list[tuple[Stage, Stage]]:
@@ -192,8 +209,8 @@ def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:
     """The gates of one log that apply to it; the default ones where all that are given are across stages."""
     given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
     chosen = [gate for gate in given if gate.between is None]
-    if given and not chosen:
-        chosen = list(default_gates().gates)
+    if given and all(gate.only_with is not None for gate in chosen):  # clean bounds only add to the gates of a stage
+        chosen += default_gates().gates
     stage = str(log.meta.get("stage", "dt")).split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
     return [gate for gate in chosen if stage in gate.stages and applies(gate, log)]
 
@@ -318,9 +335,7 @@ def _name(gate: Gate) -> str:
         signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
         return _printable(f"{gate.metric}{signal}{' difference' if gate.max_difference is not None else ''}")
     if gate.only_with is not None and gate.options:  # several bounds of one metric differ by these alone
-        options = ", ".join(f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}"
-                            for key, value in gate.options.items())  # fmt: skip
-        return _printable(f"{gate.metric}({options})")
+        return _printable(f"{gate.metric}({_options(gate)})")
     if "model" not in gate.options:
         return gate.metric
     model = Path(str(gate.options["model"])).name

@@ -63,3 +63,14 @@ def test_a_gate_that_counts_and_holds_has_no_distance() -> None:
 def test_a_vacuous_drive_has_no_objective() -> None:
     found = criticality(result(drive(0.4), Gate("collision", max=0.0), silent=("Brake",)))
     assert (found.objective, found.vacuous) == (None, True)
+
+
+def test_two_gates_of_one_metric_and_bound_keep_a_margin_each() -> None:
+    log = drive(0.4)
+    gates = [Gate("tet", max=1.0, options={"critical": value}) for value in (0.5, 60.0)]
+    margins = criticality(result(log, *gates)).margins
+    assert list(margins) == ["tet(critical=0.5) <= 1.00 s", "tet(critical=60) <= 1.00 s"]
+    few, many = margins.values()
+    assert few is not None
+    assert many is not None
+    assert many < few

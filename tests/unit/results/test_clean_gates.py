@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from results_logs import log_of
 
+from pytest_dvp.verdicts.gate import Gate
 from pytest_dvp.verdicts.judging import GateError, judge, read_gates
 from pytest_dvp.verdicts.result_text import without_clean
 
@@ -99,3 +100,13 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, old: str, new: str,
     with pytest.raises(GateError, match=r"a\.gates\.toml:") as told:
         read_gates(written(tmp_path, TEXT.replace(old, new)))
     assert said in str(told.value)
+
+
+def test_clean_bounds_leave_the_gates_that_every_drive_has() -> None:
+    """Gates between stages alone leave a stage to the default gates, with a table [clean] beside them as without."""
+    between = Gate("lateral_rmse", max=0.2, between=("dt", "rw"))
+    clean = Gate("localization_error", max=0.1, only_with="ads.position_sigma")
+    log = log_of(columns={"on_road": 0.0, "ads.x": 0.0, "ads.y": 0.0, "ads.position_sigma": 0.1})
+    plain = [verdict.metric for verdict in judge([between], log)]
+    assert plain == ["collision", "road_departure", "scenario_ended"]
+    assert {verdict.metric: verdict.status for verdict in judge([between, clean], log)}["road_departure"] == "FAIL"
