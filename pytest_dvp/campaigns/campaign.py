@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.parameter_space import Shares, Space
-from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
+from pytest_dvp.campaigns.store import EXCLUDED, SHRINKING, Row, Store
+from pytest_dvp.drive.deadline import FIRST
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.names import REFERENCE
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 NEAREST = 5  # passes nearest to a failure whose logs are kept
 UNKEYED = ("log_dir", "rootdir", "passed", "single_file", "require_real", "stack_process", "wall_limit", "tick_limit")
 """Options that change no byte of a drive which they do not end."""
+ENDED_BY_CLOCK = ("wall limit", "--wall-limit", "--tick-limit")
+"""Words in the message of a drive that ended by one of the last two."""
 FILES = ("model", "gates", "effects", "ads", "library")
 """Options that name files: the key holds the bytes of those, not where they lie."""
 KEEP = ("failures", "all", "none")
@@ -99,7 +102,13 @@ class Campaign:
             if key in found or key in missing:
                 continue
             kept = self.store.get(key)
+            if kept is not None and self._had_less_time(kept):
+                self.store.forget(key)
+                kept = None
             if kept is not None:
+                if SHRINKING == kept.purpose != purpose:
+                    kept = dataclasses.replace(kept, purpose=purpose)
+                    self.store.add(kept)
                 found[key] = kept
                 self._count(kept, known=True)
             else:
@@ -115,6 +124,13 @@ class Campaign:
             self._prune(row)
             self.tick(self.progress.text())
         return [found[key] for key in keys]
+
+    def _had_less_time(self, row: Row) -> bool:
+        """Whether a limit of wall time ended a drive, and is another one now."""
+        if row.verdict != "ERROR" or not any(word in row.message for word in ENDED_BY_CLOCK):
+            return False
+        now = (self.settings.wall_limit, self.settings.tick_limit, FIRST * self.settings.tick_limit)
+        return not any(f" {limit:g} s" in row.message for limit in now)
 
     def _count(self, row: Row, *, known: bool) -> None:
         self.progress.known += known

@@ -9,8 +9,8 @@ from pytest_dvp.campaigns.campaign import Campaign, Crew
 from pytest_dvp.campaigns.parameter_space import Space
 from pytest_dvp.campaigns.plan import BOUNDARY, HYPOTHESIS, RARE, Plan
 from pytest_dvp.campaigns.sampling import SAMPLES, sample
-from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
-from pytest_dvp.campaigns.summary import CURRENT, SHRINKING
+from pytest_dvp.campaigns.store import EXCLUDED, SHRINKING, Row, Store
+from pytest_dvp.campaigns.summary import CURRENT
 from pytest_dvp.drive.run_spec import RunSpec
 
 Tell = Callable[[str], None]
@@ -99,6 +99,12 @@ def _again(campaign: Campaign, before: Sequence[Row]) -> None:
     values = [row.parameters for row in here if row.parameters.keys() == names]
     if not values:
         raise SettingError(f"--baseline: no drive of {campaign.space.scenario.name} with these parameters in it")
+    seeds, seed = sorted({row.seed for row in here}), campaign.settings.seed
+    if seeds != [seed]:
+        told = ", ".join(map(str, seeds))
+        raise SettingError(
+            f"--baseline: driven with seed {told}, this campaign with {seed}; allowed: --seed {seeds[0]}"
+        )
     campaign.progress.wanted = len(values)
     campaign.rows_of(values, "sample")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pytest_dvp.campaigns.campaign import Campaign
+from pytest_dvp.campaigns.parameter_space import Axis
 from pytest_dvp.campaigns.store import Row
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def search_by_hypothesis(campaign: Campaign, budget: int, seed: int) -> list[Row
     from hypothesis import HealthCheck, Phase
     from hypothesis import strategies as st
 
-    shares = [_share(axis.count) for axis in campaign.space.axes]
+    shares = [_share(axis) for axis in campaign.space.axes]
     found: dict[str, Row] = {}
 
     @hypothesis.seed(seed)
@@ -44,10 +45,10 @@ def search_by_hypothesis(campaign: Campaign, budget: int, seed: int) -> list[Row
     return list(found.values())
 
 
-def _share(count: int | None) -> SearchStrategy[float]:
+def _share(axis: Axis) -> SearchStrategy[float]:
     """A share of an axis: anywhere on a continuous one, the middle of a value on one of `count` values."""
     from hypothesis import strategies as st
 
-    if count is None:
+    if axis.count is None:
         return st.floats(0.0, 1.0)
-    return st.integers(0, count - 1).map(lambda k: (k + 0.5) / count)
+    return st.integers(0, axis.count - 1).map(axis.middle)

@@ -84,7 +84,8 @@ def _cells(campaign: Campaign, name: str) -> list[float]:
     middles = [ends["low"] + (k + 0.5) / SHADED * (ends["high"] - ends["low"]) for k in range(SHADED)]
     if axis.count is None:
         return [axis.share_of({**axis.nominal, name: repr(value)}) for value in middles]
-    shares = (np.arange(min(axis.count, LISTED)) + 0.5) / min(axis.count, LISTED)
+    picked = np.unique(np.round(np.linspace(0, axis.count - 1, min(axis.count, LISTED))))
+    shares = np.array([axis.middle(int(k)) for k in picked])
     try:
         values = np.array([float(axis.at(share)[name]) for share in shares])
     except (KeyError, ValueError):  # words, and values that are set together, are drawn at their shares

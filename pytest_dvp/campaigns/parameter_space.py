@@ -32,20 +32,39 @@ class Axis:
     at       the values at a share 0 to 1 of the probability
     nominal  the values that the scenario declares
     count    how many different values there are; None for a continuous range
+    weights  of the values of a list, more than 0; empty: all alike
     """
 
     name: str
     at: Callable[[float], Values]
     nominal: Values
     count: int | None
+    weights: tuple[float, ...] = ()
+
+    def middle(self, k: int) -> float:
+        """The middle of the shares of value `k` of a list."""
+        assert self.count is not None
+        if self.weights:
+            return (sum(self.weights[:k]) + 0.5 * self.weights[k]) / sum(self.weights)
+        return (k + 0.5) / self.count
+
+    def number_of(self, values: Mapping[str, str]) -> int | None:
+        """Which value of a list these are; None if it has them not."""
+        for k in range(self.count or 0):
+            if all(_same(self.at(self.middle(k))[n], values[n]) for n in self.nominal):
+                return k
+        return None
+
+    def even_share_of(self, values: Mapping[str, str]) -> float:
+        """As `share_of`, but each value of a list takes as much of 0 to 1 as any other, however seldom it is drawn."""
+        number = self.number_of(values)
+        return self.share_of(values) if number is None else (number + 0.5) / (self.count or 1)
 
     def share_of(self, values: Mapping[str, str]) -> float:
         """A share at which these values lie: by halving for a number, by trying for a list. 0.5 if none has them."""
         if self.count is not None:
-            for k in range(self.count):
-                if all(_same(self.at((k + 0.5) / self.count)[n], values[n]) for n in self.nominal):
-                    return (k + 0.5) / self.count
-            return 0.5
+            number = self.number_of(values)
+            return 0.5 if number is None else self.middle(number)
         wanted = float(values[self.name])
         edges = []
         for inside in (operator.lt, operator.le):
@@ -150,10 +169,9 @@ def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclara
     if isinstance(definition, Stochastic):
         for each in definition.stochastic_distributions:
             name = each.parameter_name
+            weights: tuple[float, ...] = ()
             if isinstance(each.distribution, ProbabilityDistributionSet):
-                count: int | None = len(each.distribution.elements)
-            else:
-                count = None
+                weights = tuple(element.weight for element in each.distribution.elements if element.weight > 0.0)
             draw, whole = inverse(each.distribution), declared[name].parameter_type in WHOLE
 
             def at(share: float, name: str = name, draw: Callable[[float], float | str] = draw,
@@ -161,7 +179,7 @@ def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclara
                 value = draw(min(max(share, 1e-15), 1.0 - 1e-15))
                 return {name: value if isinstance(value, str) else _number(value, whole)}
 
-            axes.append(Axis(name, at, {name: _declared(declared[name])}, count))
+            axes.append(Axis(name, at, {name: _declared(declared[name])}, len(weights) or None, weights))
         return tuple(axes)
     for one in definition.distributions:
         steps = axis(one)

@@ -10,8 +10,8 @@ from typing import Any
 
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.parameter_space import Values
-from pytest_dvp.campaigns.store import Row
-from pytest_dvp.campaigns.summary import SHRINKING, cluster_name
+from pytest_dvp.campaigns.store import SHRINKING, Row
+from pytest_dvp.campaigns.summary import cluster_name
 
 FOLDER = "reproducers"
 MOST = 8  # kinds of failure of one scenario that get a reproducer, the most frequent first

@@ -56,5 +56,5 @@ def grid(axes: Sequence[Axis], count: int) -> Iterator[Shares]:
 def _values(axis: Axis, steps: int) -> list[float]:
     if axis.count is not None:
         picked = np.unique(np.round(np.linspace(0, axis.count - 1, steps)))
-        return [(float(k) + 0.5) / axis.count for k in picked]
+        return [axis.middle(int(k)) for k in picked]
     return [0.5] if steps == 1 else [float(share) for share in np.linspace(0.0, 1.0, steps)]

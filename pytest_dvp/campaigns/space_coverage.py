@@ -75,11 +75,12 @@ def coverage(space: Space, rows: Sequence[Row], seed: int = 0) -> Coverage | Non
         return None
     points = np.array([[axis.share_of(row.parameters) for axis in space.axes] for row in driven])
     outside = np.array(
-        [[axis.share_of(row.parameters) for axis in space.axes] for row in rows if row.verdict == EXCLUDED]
+        [[axis.even_share_of(row.parameters) for axis in space.axes] for row in rows if row.verdict == EXCLUDED]
     )
     parts = [min(axis.count or PARTS, PARTS) for axis in space.axes]
     size = len(parts)
-    tried = tuple(_tried(points, outside, parts, many) for many in range(1, min(size, 3) + 1))
+    even = np.array([[axis.even_share_of(row.parameters) for axis in space.axes] for row in driven])
+    tried = tuple(_tried(even, outside, parts, many) for many in range(1, min(size, 3) + 1))
     plain = all(axis.count is None for axis in space.axes) and not len(outside)
     return Coverage(len(driven), tried, _unevenness(points) if plain else None, _gaps(space, points, seed))
 

@@ -17,6 +17,8 @@ LOGS = "logs"  # folder of the logs that are kept
 LOCK = "campaign.lock"
 EXCLUDED = "EXCLUDED"
 """Verdict of values that the constraints of the scenario exclude: no drive, and no part of any share."""
+SHRINKING = "reproducer"
+"""Purpose of the drives that shrink a failure: they lie around it, and count neither as samples nor as failures."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS runs(
@@ -26,6 +28,8 @@ CREATE TABLE IF NOT EXISTS judged(
   key TEXT PRIMARY KEY, base TEXT, purpose TEXT, objective REAL, gate TEXT, object TEXT, message TEXT);
 CREATE TABLE IF NOT EXISTS about(name TEXT PRIMARY KEY, value TEXT);
 """
+_PURPOSE = f"""ON CONFLICT(key) DO UPDATE SET purpose = excluded.purpose
+  WHERE purpose = '{SHRINKING}' AND excluded.purpose != '{SHRINKING}'"""
 _BOTH = """SELECT runs.key, scenario, parameters, seed, verdict, margins, metrics, vacuous, cpu, commit_id, log,
   base, purpose, objective, gate, object, message FROM runs JOIN judged USING(key)"""
 
@@ -113,7 +117,11 @@ class Store:
         self._lock.close()
 
     def add(self, row: Row) -> None:
-        """Add a drive, at once and whole; one with the same key stays as it is."""
+        """Add a drive, at once and whole; one with the same key stays as it is.
+
+        But what was driven to shrink a failure, and is part of a sample as well, is told as a part of the sample,
+        whichever came first.
+        """
         run = (
             row.key, row.scenario, _json(row.parameters), row.seed, row.verdict, _json(row.margins), _json(row.metrics),
             int(row.vacuous), row.cpu, row.commit_id, row.log,
@@ -121,7 +129,15 @@ class Store:
         judged = (row.key, row.base, row.purpose, row.objective, row.gate, row.object, row.message)
         self._file.execute("BEGIN IMMEDIATE")
         self._file.execute(f"INSERT OR IGNORE INTO runs VALUES ({','.join('?' * len(run))})", run)
-        self._file.execute(f"INSERT OR IGNORE INTO judged VALUES ({','.join('?' * len(judged))})", judged)
+        self._file.execute(f"INSERT INTO judged VALUES ({','.join('?' * len(judged))}) {_PURPOSE}", judged)
+        self._file.execute("COMMIT")
+
+    def forget(self, key: str) -> None:
+        """Remove a drive and its log, so that it can be driven again."""
+        self.drop_log(key)
+        self._file.execute("BEGIN IMMEDIATE")
+        self._file.execute("DELETE FROM runs WHERE key = ?", (key,))
+        self._file.execute("DELETE FROM judged WHERE key = ?", (key,))
         self._file.execute("COMMIT")
 
     def drop_log(self, key: str) -> None:

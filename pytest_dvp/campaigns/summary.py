@@ -8,15 +8,11 @@ from typing import Any
 
 from pytest_dvp.campaigns.failure_probability import Probability
 from pytest_dvp.campaigns.space_coverage import Coverage, Gap
-from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
+from pytest_dvp.campaigns.store import EXCLUDED, SHRINKING, Row, Store
 
 SHOWN = 5  # failures and nearest passes that the text lists
 CURRENT = "current"
 """Name under which a store tells which base keys belong to the last command; rows of older code have others."""
-
-
-SHRINKING = "reproducer"
-"""Purpose of the drives that shrink a failure: they lie around it, and count neither as samples nor as failures."""
 
 
 def current_rows(store: Store) -> list[Row]:

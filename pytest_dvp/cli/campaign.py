@@ -179,7 +179,12 @@ def _drive(arguments: argparse.Namespace) -> int:
         if before:
             return _compare(store, arguments)
         _say(store, arguments.json)
-    return 1 if any(row.failed for row in rows) else 0
+    if any(row.failed for row in rows):
+        return 1
+    if rows and not any(row.verdict == "PASS" for row in rows):  # a part of a small campaign may have no drive at all
+        print("dvp campaign: not one drive decided anything", file=sys.stderr)
+        return 1
+    return 0
 
 
 def _crew(scheduler: str | None, jobs: int, tick: Callable[[str], None]) -> AbstractContextManager[Crew]:
@@ -216,8 +221,8 @@ def _merge(arguments: argparse.Namespace) -> int:
 
 def _baseline_rows(arguments: argparse.Namespace) -> list[Row]:
     """The drives of the baseline that judge the stack; [] without one."""
-    from pytest_dvp.campaigns.store import Store
-    from pytest_dvp.campaigns.summary import SHRINKING, current_rows
+    from pytest_dvp.campaigns.store import SHRINKING, Store
+    from pytest_dvp.campaigns.summary import current_rows
 
     if arguments.baseline is None:
         return []
@@ -234,7 +239,7 @@ def _baseline_rows(arguments: argparse.Namespace) -> list[Row]:
 
 
 def _compare(store: Store, arguments: argparse.Namespace) -> int:
-    """Hold the campaign against the baseline; 1 if something that passed fails now."""
+    """Hold the campaign against the baseline; 1 if something that passed fails now, or nothing could be compared."""
     from pytest_dvp.campaigns.baseline import compared
     from pytest_dvp.campaigns.summary import current_rows
 
@@ -243,7 +248,9 @@ def _compare(store: Store, arguments: argparse.Namespace) -> int:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
     else:
         print(found.text())
-    return 1 if found.worse else 0
+    if not found.pairs:
+        print("dvp campaign: no drive of the baseline was driven again: nothing was compared", file=sys.stderr)
+    return 1 if found.worse or not found.pairs else 0
 
 
 def _say(store: Store, as_json: bool) -> None:

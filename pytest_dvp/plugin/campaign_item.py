@@ -55,8 +55,7 @@ def _drive(path: Path, settings: RunSpec, request: pytest.FixtureRequest) -> Non
     from pytest_dvp.campaigns.drive_plan import check_first, drive_plan
     from pytest_dvp.campaigns.one_drive import drive
     from pytest_dvp.campaigns.parameter_space import space_of
-    from pytest_dvp.campaigns.store import Store
-    from pytest_dvp.campaigns.summary import SHRINKING
+    from pytest_dvp.campaigns.store import SHRINKING, Store
 
     __tracebackhide__ = True
     plan = _plan(settings)

@@ -12,7 +12,7 @@ import pytest
 from pytest_dvp.cli.command_line import main
 from scenarios import path as shipped
 
-GATES = '[[gate]]\nmetric = "max_jerk"\nmax = 100\n'
+GATES = '[[gate]]\nmetric = "max_jerk"\nmax = 100\n[[gate]]\nmetric = "events_fired"\nmin = 0\n'
 
 
 def campaign(folder: Path, *more: str) -> int:
@@ -26,7 +26,7 @@ def test_a_campaign_is_driven_read_and_exported(tmp_path: Path, capsys: pytest.C
     code = campaign(tmp_path, "--runs", "3", "--json")
     out, err = capsys.readouterr()
     told = json.loads(out)
-    assert code == 0, err  # nothing failed: in 0.2 s no event fires, which decides nothing
+    assert code == 0, err
     assert (told["runs"], sum(told["verdicts"].values())) == (3, 3)
     assert "3 of 3 driven, 0 failed" in err
     assert (tmp_path / "out" / "map.html").read_text().startswith("<!DOCTYPE html>")
@@ -38,6 +38,31 @@ def test_a_campaign_is_driven_read_and_exported(tmp_path: Path, capsys: pytest.C
     assert main(["campaign", str(tmp_path / "out"), "--export", "csv"]) == 0
     with (tmp_path / "out" / "runs.csv").open() as table:
         assert len(list(csv.DictReader(table))) == 3
+
+
+def test_a_campaign_in_which_nothing_was_decided_does_not_pass(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elsewhere = tmp_path / "elsewhere.gates.toml"
+    elsewhere.write_text(f'{GATES.splitlines()[0]}\nmetric = "max_jerk"\nmax = 100\nstages = ["rw"]\n')
+    assert campaign(tmp_path, "--runs", "2", "--gates", str(elsewhere)) == 1
+    out, err = capsys.readouterr()
+    assert out.startswith("2 runs: 2 INCONCLUSIVE")
+    assert err.endswith("dvp campaign: not one drive decided anything\n")
+
+
+def test_a_baseline_of_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its drives would not be those of this campaign, and nothing would be compared."""
+    assert campaign(tmp_path, "--out", str(tmp_path / "before"), "--runs", "1", "--seed", "8") == 0
+    capsys.readouterr()
+    assert campaign(tmp_path, "--baseline", str(tmp_path / "before")) == 2
+    assert capsys.readouterr().err == "--baseline: driven with seed 8, this campaign with 7; allowed: --seed 8\n"
+    assert campaign(tmp_path, "--baseline", str(tmp_path / "before"), "--seed", "8") == 0
+    assert capsys.readouterr().out.startswith("1 variants driven before and now: 0 passed before and fail now")
+    assert campaign(tmp_path, "--out", str(tmp_path / "now"), "--runs", "1") == 0
+    capsys.readouterr()
+    assert main(["campaign", str(tmp_path / "now"), "--status", "--baseline", str(tmp_path / "before")]) == 1
+    assert capsys.readouterr().err.endswith("nothing was compared\n")
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sqlite3
 import subprocess
@@ -120,3 +121,43 @@ def test_a_row_that_was_tampered_with_is_told(tmp_path: Path, column: str, value
             file.execute("UPDATE judged SET key = ?", (value,))
     with Store(tmp_path / "out") as store, pytest.raises(StoreError, match=r"^campaign.sqlite: row "):
         store.rows()
+
+
+@pytest.mark.parametrize("first", ["sample", "reproducer"])
+def test_a_drive_of_a_sample_is_one_whichever_came_first(tmp_path: Path, first: str) -> None:
+    second = {"sample": "reproducer", "reproducer": "sample"}[first]
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, planted.corner)
+        for purpose in (first, second):
+            one.rows(sample("sobol", one.space.axes, 2, 7), purpose)
+        assert [row.purpose for row in store.rows()] == ["sample", "sample"]
+    parts = []
+    for purpose in (first, second):
+        with Store(tmp_path / purpose, writes=True) as store:
+            one = planted.campaign(tmp_path, store, planted.corner)
+            parts.append(one.rows(sample("sobol", one.space.axes, 2, 7), purpose))
+    with Store(tmp_path / "both", writes=True) as store:
+        for row in [row for rows in parts for row in rows]:
+            store.add(row)
+        assert [row.purpose for row in store.rows()] == ["sample", "sample"]
+
+
+def test_a_drive_that_its_wall_limit_ended_is_driven_again_with_another_one(tmp_path: Path) -> None:
+    driven: list[str] = []
+    said = "run ERROR: ADS reference: tick did not return before the wall limit of 0.1 s ended the run at t=0.05 s"
+
+    def work(order: Drive) -> Row:
+        driven.append(order.key)
+        slow = len(driven) == 1
+        row = planted.corner(order)
+        return dataclasses.replace(row, verdict="ERROR", message=said) if slow else row
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work)
+        points = sample("sobol", one.space.axes, 1, 7)
+        one.settings = dataclasses.replace(one.settings, wall_limit=0.1)
+        assert [one.rows(points, "sample")[0].verdict for _ in range(2)] == ["ERROR", "ERROR"]
+        assert len(driven) == 1  # with the same limit it would end so again
+        one.settings = dataclasses.replace(one.settings, wall_limit=600.0)
+        assert one.rows(points, "sample")[0].verdict == "PASS"
+        assert [row.verdict for row in store.rows()] == ["PASS"]

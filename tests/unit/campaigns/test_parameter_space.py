@@ -12,6 +12,7 @@ import planted  # noqa: E402
 
 from pytest_dvp.campaigns.constraint_range import FuzzError  # noqa: E402
 from pytest_dvp.campaigns.parameter_space import Space, space_of  # noqa: E402
+from pytest_dvp.campaigns.sampling import sample  # noqa: E402
 from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 from scenarios import path as shipped  # noqa: E402
 
@@ -63,3 +64,21 @@ def test_a_list_has_each_value_equally_often(tmp_path: Path) -> None:
 def test_a_scenario_without_ranges_cannot_be_varied(tmp_path: Path) -> None:
     with pytest.raises(FuzzError, match="there is nothing to vary"):
         space_of(planted.scenario(tmp_path, ""), RunSpec())
+
+
+WEIGHTED = (
+    '<Stochastic numberOfTestRuns="10"><StochasticDistribution parameterName="a"><ProbabilityDistributionSet>'
+    '<Element value="0.1" weight="18"/><Element value="0.3" weight="0"/><Element value="0.5" weight="1"/>'
+    '<Element value="0.9" weight="1"/></ProbabilityDistributionSet></StochasticDistribution></Stochastic>'
+)
+
+
+def test_rare_values_of_a_list_have_places_of_their_own(tmp_path: Path) -> None:
+    """18, 1 and 1 of 20; a value that is never drawn has no place."""
+    (axis,) = (found := space(tmp_path, WEIGHTED)).axes
+    assert axis.count == 3
+    places = [axis.share_of({"a": value}) for value in ("0.1", "0.5", "0.9")]
+    assert places == pytest.approx([0.45, 0.925, 0.975])
+    assert [axis.even_share_of({"a": value}) for value in ("0.1", "0.5", "0.9")] == pytest.approx([1 / 6, 0.5, 5 / 6])
+    assert [found.values((share,))["a"] for share in places] == ["0.1", "0.5", "0.9"]
+    assert [found.values(point)["a"] for point in sample("grid", found.axes, 3, 7)] == ["0.1", "0.5", "0.9"]
