@@ -15,6 +15,7 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.nodes import Node, Transition
 from openscenario.storyboard.reading import Reading
+from openscenario.storyboard.road_watch import RoadWatch
 from openscenario.storyboard.signals import Program
 from openscenario.storyboard.values import Values
 from openscenario.storyboard.world import World
@@ -33,6 +34,7 @@ class Board(Protocol):
     network: RoadNetwork | None
     reading: Reading
     ground: Ground
+    road_watch: RoadWatch
     random: random.Random
     time: float
     dt: float

@@ -41,6 +41,7 @@ from openscenario.storyboard.reading import EVENT_AGAIN, USUAL, Reading
 from openscenario.storyboard.registry import action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
+from openscenario.storyboard.road_watch import RoadWatch
 from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.selections import selections
 from openscenario.storyboard.signals import programs
@@ -111,6 +112,7 @@ class Storyboard:
         self.requests: list[Request] = []
         self.warnings: list[Finding] = []
         self.root = Node("storyboard", "storyBoard", None, scenario.storyboard.at)
+        self.road_watch = RoadWatch(self.ground)
         self._active: list[tuple[Node, list[Held]]] = []
         self._begun: list[tuple[Node, tuple[Held, ...]]] = []  # in the instant of the last triggers
         self.acted: tuple[tuple[Node, tuple[Held, ...]], ...] = ()
@@ -140,14 +142,14 @@ class Storyboard:
         self._enter(self.root)
         self._end_finished()
         for entity in self.entities.values():
-            entity.note_rest(self.time)
+            self.road_watch.note(entity, self.time)
 
     def place(self, name: str, x: float, y: float, z: float, h: float, speed: float, ax: float = 0.0) -> None:
         """The true pose of an external entity's reference point [m, rad, m/s, m/s^2], before a step."""
         entity = self.entities[name]
         entity.ax = ax
         self.ground.place(entity, x, y, z, h, speed)
-        entity.note_rest(self.time)
+        self.road_watch.note(entity, self.time)
 
     def velocity(self, entity: Entity) -> tuple[float, float]:
         """vx, vy [m/s] of the motion seen last; before the first step none has been: of the speed at the start."""
@@ -197,7 +199,7 @@ class Storyboard:
                 if not entity.moved and entity.drawn_by is None:
                     move(entity, dt, ground)
                 entity.placed = False
-                entity.note_rest(self.time)
+                self.road_watch.note(entity, self.time)
         self._draw(dt)
         for entity in self._externals:
             entity.travelled += abs(entity.speed) * dt

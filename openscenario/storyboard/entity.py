@@ -88,6 +88,7 @@ class Entity:
         "max_steer",
         "moved",
         "name",
+        "off_since",
         "offset",
         "pitch",
         "placed",
@@ -166,6 +167,7 @@ class Entity:
         self.travelled = 0.0
         self.still_since = math.inf  # time [s] since when it has been standing
         self.end_since = math.inf  # ... or at the end of its road
+        self.off_since = math.inf  # ... or off the road, if a condition asks for it
         self.moved = False  # its pose was set in this step by an action
         self.placed = False  # ... or by a teleport at the beginning of this step
         self.teleports = 0  # how many there were

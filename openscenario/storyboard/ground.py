@@ -14,6 +14,7 @@ from openscenario.storyboard.stride import stride
 if TYPE_CHECKING:
     from openscenario.storyboard.entity import Entity
 
+AT_END = 0.1  # m before it, who is moved from outside is at the end of his road; chosen, more than a good antenna errs
 BESIDE = 0.05  # m: farther from every road there is open ground
 
 
@@ -130,6 +131,16 @@ class Ground:
             return False
         found = network.locate(entity.x, entity.y, entity.h, drivable=False)
         return found.on_road and network.lane_type(found.road, found.lane, found.s) != "none"
+
+    def at_end(self, entity: Entity) -> bool:
+        """Whether the road of an entity, and its route, go no farther than AT_END the way it faces."""
+        if not self.track(entity):
+            return False
+        assert self.network is not None
+        here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
+        sign = entity.sense * self.network.driving_sign(entity.road, entity.lane, entity.s)
+        there = self.network.advance(here, sign * AT_END, 0.0, entity.route_lanes)
+        return there.road == entity.road and abs(there.s - entity.s) < 0.9 * AT_END
 
     def drive(self, entity: Entity, distance: float) -> None:
         """Move a tracked entity `distance` [m] the way it faces at its offset in the lane, and set its pose."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from typing import Final
 
@@ -88,4 +89,4 @@ class Values:
         if isinstance(value, str):
             return
         result = change(float(value))
-        self._values[name] = int(result) if self._kinds[name] in WHOLE else result
+        self._values[name] = int(result + math.copysign(ROUNDING, result)) if self._kinds[name] in WHOLE else result

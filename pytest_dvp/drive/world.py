@@ -59,6 +59,7 @@ class World:
         self._names: tuple[str, ...] = ()
         self._kinds: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._seen: Surroundings | None = None
+        self._jumps: dict[str, int] = {}  # teleports of each entity until the last look for contacts
 
     def look(
         self, t: float, signals: tuple[SignalState, ...] = (), extinction: float = 0.0, light: Light | None = None
@@ -102,10 +103,16 @@ class World:
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:
-        """What the ego touched between two looks; rows as ContactDetector.check takes them. Their shape is (n, 12)."""
-        if before.names == after.names:
+        """What the ego touched between two looks; rows as ContactDetector.check takes them. Their shape is (n, 12).
+
+        What was put elsewhere in between was at no place on the way.
+        """
+        jumps = {name: entity.teleports for name, entity in self._storyboard.entities.items()}
+        jumped = {name for name, count in jumps.items() if count != self._jumps.get(name, count)}
+        self._jumps = jumps
+        if before.names == after.names and not jumped:
             return self._detector.check(rows, after.names, before.boxes, after.boxes)
-        last = dict(zip(before.names, before.boxes, strict=True))
+        last = {n: box for n, box in zip(before.names, before.boxes, strict=True) if n not in jumped}
         old: FloatArray = np.array([last.get(n, after.boxes[i]) for i, n in enumerate(after.names)]).reshape(-1, 9)
         return self._detector.check(rows, after.names, old, after.boxes)
 

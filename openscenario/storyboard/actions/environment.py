@@ -20,7 +20,9 @@ def environment(element: model.EnvironmentAction, entity: None, board: Board) ->
 
     def change() -> None:
         board.world.environment = element.environment
-        board.world.environment_since = board.time
+        if element.environment.time_of_day is not None:  # what an action leaves out stays as it was
+            board.world.clock = element.environment.time_of_day
+            board.world.clock_since = board.time
         road = element.environment.road_condition
         if road is not None:
             board.world.friction = road.friction_scale_factor if road.friction_scale_factor < 1.0 else math.inf

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from openscenario import model
 from openscenario.storyboard.distances import overlap
 from openscenario.storyboard.entity import Entity
@@ -42,6 +40,7 @@ def collision(element: model.CollisionCondition, entity: Entity, scope: Scope) -
 def end_of_road(element: model.EndOfRoadCondition, entity: Entity, scope: Scope) -> Test:
     """True once the entity has been at the end of its road for the duration [s]."""
     board, duration = scope.board, element.duration
+    board.road_watch.add(entity)
     return lambda: board.time - entity.end_since >= duration - RESOLUTION
 
 
@@ -49,15 +48,5 @@ def end_of_road(element: model.EndOfRoadCondition, entity: Entity, scope: Scope)
 def off_road(element: model.OffroadCondition, entity: Entity, scope: Scope) -> Test:
     """Off road is where no lane of any road holds the reference point."""
     board, duration = scope.board, element.duration
-    since = math.inf
-
-    def test() -> bool:
-        nonlocal since
-        if board.ground.on_road(entity):
-            since = math.inf
-            return False
-        if since == math.inf:
-            since = board.time
-        return board.time - since >= duration - RESOLUTION
-
-    return test
+    board.road_watch.add(entity)
+    return lambda: board.time - entity.off_since >= duration - RESOLUTION

@@ -36,12 +36,12 @@ def time_of_day(element: model.TimeOfDayCondition, entity: None, scope: Scope) -
         raise Unsupported("not a date and time", element.date_time, "2026-01-31T12:00:00") from None
 
     def test() -> bool:
-        environment = board.world.environment
-        if environment is None or environment.time_of_day is None:
+        clock = board.world.clock
+        if clock is None:
             return False
-        now = _seconds(environment.time_of_day.date_time)
-        if environment.time_of_day.animation:
-            now += board.time - board.world.environment_since
+        now = _seconds(clock.date_time)
+        if clock.animation:
+            now += board.time - board.world.clock_since
         return holds(round(now, 6), round(wanted, 6))
 
     return test

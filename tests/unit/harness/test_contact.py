@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from pytest_dvp.drive.contact import ContactDetector
-from vehicle.messages import FloatArray
+from pytest_dvp.drive.world import World
+from vehicle.messages import FloatArray, Surroundings
 
 
 def rows(x: float, speed: float, y: float = 0.0, yaw: float = 0.0) -> FloatArray:
@@ -121,3 +125,16 @@ def test_random_pairs_agree_with_clipping() -> None:
             continue  # too near to touching for the solver's tolerance
         target = box(x, y, other, length=length, width=width)
         assert bool(detector().check(rows(0.0, 0.0, yaw=yaw), ["o"], target, target)) == (area > 0.0)
+
+
+def test_who_is_put_elsewhere_touches_nobody_on_the_way() -> None:
+    """From 9 m behind the ego to 20 m ahead of it: by a teleport, or, one tick later, as a missile."""
+    entities = {name: SimpleNamespace(name=name, kind="vehicle", teleports=0) for name in ("Ego", "car")}
+    car: Any = SimpleNamespace(length=4.0, width=2.0, center_x=1.0, mass=1000.0)
+    storyboard: Any = SimpleNamespace(entities=entities)
+    world = World(storyboard, "Ego", car, {})
+    behind, ahead = (Surroundings(box(x), np.zeros(1, dtype=np.int64), ("car",)) for x in (-9.0, 20.0))
+    assert world.contacts(rows(0.0, 0.0), behind, behind) == []
+    entities["car"].teleports = 1
+    assert world.contacts(rows(0.0, 0.0), behind, ahead) == []
+    assert [contact.name for contact in world.contacts(rows(0.0, 0.0), behind, ahead)] == ["car"]

@@ -156,6 +156,6 @@ def test_a_new_entity_stands_at_the_origin_and_holds_nothing() -> None:
 
 def test_a_new_world_has_no_weather_since_its_beginning() -> None:
     world = World()
-    assert (world.environment, world.environment_since, world.friction) == (None, 0.0, math.inf)
+    assert (world.environment, world.clock, world.friction) == (None, None, math.inf)
     assert world.signals == {}
     assert World().signals is not world.signals

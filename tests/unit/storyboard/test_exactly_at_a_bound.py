@@ -20,6 +20,7 @@ from openscenario.storyboard.dynamics import Transition
 from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.limits import Limits
 from openscenario.storyboard.motion import BEAT, move
+from openscenario.storyboard.road_watch import RoadWatch
 from openscenario.storyboard.speed_curve import curve
 from openscenario.storyboard.trailers import couple, couple_named, couples, draw
 
@@ -91,13 +92,15 @@ def test_a_large_box_is_met_far_from_its_reference_point(
 def test_off_the_road_and_at_its_end_the_duration_counts_from_when_it_began() -> None:
     road = [True]
     entity = car()
-    scope = around(entity, ground=SimpleNamespace(on_road=lambda e: road[0]))
+    watch = RoadWatch(SimpleNamespace(on_road=lambda e: road[0]))  # type: ignore[arg-type]
+    scope = around(entity, road_watch=watch)
     element: Any = SimpleNamespace(duration=2.0)
     off, end = off_road(element, entity, scope), end_of_road(element, entity, scope)
     told = []
     for time, on in ((0.0, True), (1.0, False), (2.9, False), (3.0, False), (3.1, True), (3.2, False), (5.1, False),
                      (5.2, False)):  # fmt: skip
         scope.board.time, road[0] = time, on
+        watch.note(entity, time)
         told.append(off())
     assert told == [False, False, False, True, False, False, False, True]
     for since, holds in ((3.2, True), (3.3, False), (math.inf, False)):

@@ -92,3 +92,19 @@ def test_its_travelled_distance_counts(make: Make) -> None:
         board.place("A", 100.0 + 0.5 * i, -1.75, 0.0, 0.0, 10.0)
         board.step(0.05)
     assert board.entities["A"].travelled == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("external", [(), ("A",)])
+def test_it_comes_to_the_end_of_its_road_as_any_other(make: Make, external: tuple[str, ...]) -> None:
+    """The road ends at 1000 m; who is moved from outside is at its end from 10 cm before it on."""
+    ends = by_entity('<EndOfRoadCondition duration="1"/>', "A")
+    later = event("e", speed(0.0), start=group(condition(ends)))
+    board = make(A=[teleport(lane_position(995.0)), speed(10.0)], external=external, stories=story(later))
+    board.start()
+    y = board.entities["A"].y
+    for k in range(1, 301):
+        if external:
+            board.place("A", min(995.0 + 0.1 * k, 1003.0), y, 0.0, 0.0, 10.0)
+        board.step(0.01)
+    told = [when for when, _, state in log(board, "event") if state == "startTransition"]
+    assert told == [pytest.approx(1.5, abs=0.05)]

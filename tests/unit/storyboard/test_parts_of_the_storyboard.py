@@ -253,6 +253,11 @@ def test_values_are_calculated_in_their_type() -> None:
         values.multiply(name, 2.0)
     assert [values.get(name) for name in ("n", "x", "s")] == [14, pytest.approx(4.2), "abc"]
     assert values.names() == ("n", "x", "s")
+    values.set("n", "100")
+    values.multiply("n", 1.15)  # 114.99999999999999 in binary
+    assert values.get("n") == 115
+    values.multiply("n", -1.15)
+    assert values.get("n") == -132
     assert "n" in values
     assert "m" not in values
     values.set("n", "4")

@@ -18,6 +18,7 @@ from openscenario.storyboard.conditions.contact import collision, end_of_road, o
 from openscenario.storyboard.driver import Driver
 from openscenario.storyboard.geo import projection
 from openscenario.storyboard.limits import Limits
+from openscenario.storyboard.road_watch import RoadWatch
 from openscenario.storyboard.unsupported import Unsupported
 
 from .bodies import car
@@ -161,19 +162,22 @@ def test_a_collision_with_one_or_with_any_of_a_kind(x: float, hit: bool) -> None
 
 def test_off_the_road_and_at_its_end_for_so_long() -> None:
     entity = car()
-    board: Any = SimpleNamespace(time=5.0, ground=SimpleNamespace(on_road=lambda entity: entity.x < 1.0))
+    watch = RoadWatch(SimpleNamespace(on_road=lambda entity: entity.x < 1.0))  # type: ignore[arg-type]
+    board: Any = SimpleNamespace(time=5.0, road_watch=watch)
     scope: Any = SimpleNamespace(board=board)
     at_end = end_of_road(SimpleNamespace(duration=2.0), entity, scope)  # type: ignore[arg-type]
     off = off_road(SimpleNamespace(duration=2.0), entity, scope)  # type: ignore[arg-type]
     assert not at_end()
     assert not off()
-    entity.end_since, entity.x = 5.0, 2.0
+    entity.end_of_road, entity.x = True, 2.0
     for time, holds in ((5.0, False), (6.9, False), (7.0, True), (8.0, True)):
         board.time = time
+        watch.note(entity, time)
         assert (at_end(), off()) == (holds, holds)
     entity.x = 0.0
-    assert not off()
+    watch.note(entity, 8.5)  # seen, though the condition is not asked while its event runs
     entity.x, board.time = 2.0, 9.0
+    watch.note(entity, 9.0)
     assert not off()  # the time begins again
 
 

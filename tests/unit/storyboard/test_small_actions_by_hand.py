@@ -37,7 +37,7 @@ class Board:
                                            point=lambda entity: RoadPoint("1", -1, 2.0, 0.0),
                                            track=lambda entity: self.put.append((entity, "tracked")))  # fmt: skip
         self.world: Any = SimpleNamespace(signals={}, monitors={"b": True}, friction=math.inf, environment=None,
-                                          environment_since=0.0)  # fmt: skip
+                                          clock=None, clock_since=0.0)  # fmt: skip
         for name, value in more.items():
             setattr(self, name, value)
 
@@ -207,10 +207,20 @@ def test_a_slippery_road_limits_vehicles_and_a_dry_one_nobody(scale: float | Non
     board: Any = Board(one("A", "vehicle"), one("P", "pedestrian"))
     board.world.friction = 0.7
     road = None if scale is None else SimpleNamespace(friction_scale_factor=scale)
-    weather = SimpleNamespace(road_condition=road)
+    noon = SimpleNamespace(animation=False)
+    weather = SimpleNamespace(road_condition=road, time_of_day=noon)
     environment(SimpleNamespace(environment=weather), None, board).start()  # type: ignore[arg-type]
-    assert (board.world.environment, board.world.environment_since, board.world.friction) == (weather, 1.5, friction)
+    assert (board.world.environment, board.world.friction) == (weather, friction)
+    assert (board.world.clock, board.world.clock_since) == (noon, 1.5)
     assert limited == ([] if scale is None else [("A", friction)])
+
+
+def test_an_environment_without_a_time_of_day_leaves_the_clock_as_it_was() -> None:
+    board: Any = Board()
+    board.world.clock, board.world.clock_since = (noon := object()), 0.5
+    weather = SimpleNamespace(road_condition=None, time_of_day=None)
+    environment(SimpleNamespace(environment=weather), None, board).start()  # type: ignore[arg-type]
+    assert (board.world.environment, board.world.clock, board.world.clock_since) == (weather, noon, 0.5)
 
 
 def test_a_light_takes_its_transition_or_flashes_and_an_animation_its_duration() -> None:

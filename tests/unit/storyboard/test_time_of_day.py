@@ -52,7 +52,7 @@ def test_the_clock_of_the_environment(make: Make, animation: bool, moment: str, 
 def test_a_time_of_day_is_met_to_the_microsecond_in_spite_of_rounding(moment: str, time: float, holds: bool) -> None:
     """The clock began with 12:00:00.1 at 7 s. In seconds since the year 2000 a double has steps of 0.12 us."""
     day = SimpleNamespace(animation=True, date_time="2026-01-01T12:00:00.1Z")
-    world = SimpleNamespace(environment=SimpleNamespace(time_of_day=day), environment_since=7.0)
+    world = SimpleNamespace(clock=day, clock_since=7.0)
     element: Any = SimpleNamespace(rule="equalTo", date_time=f"2026-01-01T{moment}Z")
     scope: Any = SimpleNamespace(board=SimpleNamespace(world=world, time=time))
     assert time_of_day(element, None, scope)() is holds
