@@ -27,6 +27,8 @@ USUAL_WHEELBASE = 2.7  # m
 FACTOR = 2.5  # two witnesses of one turn may differ by as much for reasons of their own
 COMMAND_FACTOR = 5.0  # wanted and measured steering: beyond that it is no steering ratio that a model could have
 LONGEST = 1.0  # [s] that an actuator or a sensor is late
+G = 9.80665  # m/s^2
+IN_G = 1.5  # times: how well g is known from the ratio of two witnesses; chosen, units of angles are farther away
 UNDECIDED = 0.5  # two explanations nearer than this are both told
 
 _RATES = ("yaw", "yaw_rate")
@@ -48,7 +50,10 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
     Returns the motion with those columns righted (without yaw, if it is that), so that they spoil no other check.
     """
     witnesses = _witnesses(motion)
-    pairs = _pairs(witnesses, motion.step * rows_between(motion))
+    step = motion.step * rows_between(motion)
+    pairs = _pairs(witnesses, step)
+    if _in_g(pairs):  # told elsewhere; the steering is not wrong for it
+        pairs = _pairs({**witnesses, "ay": G * witnesses["ay"]}, step)
     sizes = {name: _high(log, name) for name in _STEERS}
     named = [name for name in _RATES if name in witnesses] + [name for name in _STEERS if sizes[name] > 0.0]
     choices = [_RATE_FACTORS if name in _RATES else _STEER_FACTORS for name in named]
@@ -68,6 +73,14 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
         doubt = "".join(f"; or {other} holds {_what(other, rival[other])}" for other in rival if other not in best)
         _tell(name, factor, sizes.get(name, 0.0), pairs, doubt, log, file, findings)
     return _righted(motion, best)
+
+
+def _in_g(pairs: list[Pair]) -> bool:
+    """Whether the lateral acceleration is smaller than the turn tells, by what a unit of g makes of it."""
+    turns = ("yaw", "yaw_rate", "x, y")
+    shares = [pair.ratio if pair.a == "ay" else 1.0 / pair.ratio for pair in pairs
+              if "ay" in (pair.a, pair.b) and (pair.a in turns or pair.b in turns)]  # fmt: skip
+    return bool(shares) and all(1.0 / IN_G < share * G < IN_G for share in shares)
 
 
 def _righted(motion: Motion, wrong: dict[str, float]) -> Motion:

@@ -83,7 +83,7 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
         if effect.slot == "perception":
             lacking = "" if seen else "needs objects, true and detected"
         else:
-            lacking = _lacking(effect.shown_by, held, imposed, idle, value)
+            lacking = _lacking(effect.shown_by, held, imposed, idle, value, log)
         if lacking:
             out[effect.name] = lacking
         elif missed := _missed(effect.shown_by.usual, value):
@@ -99,14 +99,20 @@ def _judged(own: Mapping[str, Effect]) -> list[Effect]:
     return sorted([*known, *own.values()], key=lambda effect: effect.slot == "perception")
 
 
-def _lacking(rule: ShownBy, held: set[str], imposed: set[str], idle: set[str], value: Mapping[str, float]) -> str:
+def _lacking(
+    rule: ShownBy, held: set[str], imposed: set[str], idle: set[str], value: Mapping[str, float], log: Log
+) -> str:
     for group in rule.columns:
         if not held & set(group):
             if imposed & set(group):
                 return 'needs a model that does not take the speed from the log (longitudinal = "v")'
             if there := [name for name in group if name in idle]:
                 return f"needs a model that is driven by {there[0]}"
+            if there := [name for name in group if name in log.columns]:
+                return f"needs a column {there[0]} that changes"
             return "needs a column " + " or ".join(group[:3])
+    if any(name not in value for name, _, _ in rule.drives):
+        return "needs the speed of the car (a column v, or x and y)"
     return _missed(rule.drives, value)
 
 

@@ -191,7 +191,16 @@ def check_commands(motion: Motion, file: str, findings: Findings) -> None:
     drive, driven = best_lag(
         np.where(at, of["accel"], np.nan), np.where(at, of["accel_cmd"], np.nan), motion.step, 1.0, positive=True
     )
-    if min(steered, driven) < 0.8 or min(steering, drive) < 1.5 * OFFSET or abs(steering - drive) > 0.06:
+    if min(steered, driven) < 0.8 or abs(steering - drive) > 0.06:
+        return
+    if max(steering, drive) < -OFFSET:
+        findings.add(
+            "log.clock_offset", file, None, "column steer_cmd, accel_cmd",
+            f"steering and drive answer {-0.5 * (steering + drive):.2f} s before their commands, which no car does",
+            hint="the clock of the commands is off, or they were stamped when they were read back: "
+            "look how they are stamped", severity="warning",
+        )  # fmt: skip
+    if min(steering, drive) < 1.5 * OFFSET:
         return
     findings.add(
         "log.clock_offset", file, None, "column steer_cmd, accel_cmd",

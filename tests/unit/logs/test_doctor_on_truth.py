@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.doctor import examine
+from pytest_dvp.doctor.excitation import excitation
 from pytest_dvp.logs.log import Log
 from tests.truth.dirty import KINDS, dirty
 from tests.truth.effects import KNOWN
@@ -55,3 +56,24 @@ def test_an_effect_in_the_middle_of_its_range_is_no_defect(effect: str) -> None:
 def test_dirt_is_found(kind: str, drive: str) -> None:
     found = told(dirty(make_log({}, drive, seed=3), kind, seed=3))  # type: ignore[arg-type]
     assert found == ({FOUND[kind]} if kind in FOUND else set())
+
+
+def test_commands_that_come_after_the_answer_are_told() -> None:
+    columns = make_log({}, "rich", seed=4)
+    late = {name: np.interp(columns["t"] - 0.3, columns["t"], columns[name]) for name in ("steer_cmd", "accel_cmd")}
+    assert told({**columns, **late}) == {("log.clock_offset", "column steer_cmd, accel_cmd")}
+
+
+def test_a_lateral_acceleration_in_g_accuses_no_other_column() -> None:
+    columns = make_log({}, "rich", seed=4)
+    assert told({**columns, "ay": columns["ay"] / 9.80665}) == {("log.unit_suspect", "column ay")}
+
+
+def test_what_is_missing_is_told_as_it_is() -> None:
+    columns = make_log({}, "rich", seed=4)
+    still = excitation(Log({**columns, "steer_cmd": 0.0 * columns["t"]})).out_of_reach
+    assert still["steer_delay"] == "needs a column steer_cmd that changes"
+    blind = {name: values for name, values in columns.items() if name not in ("x", "y", "yaw", "v")}
+    nowhere = excitation(Log(blind)).out_of_reach
+    assert nowhere["steer_ratio"] == "needs the speed of the car (a column v, or x and y)"
+    assert nowhere["wheel_radius"] == "needs a column v"
