@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from pytest_dvp.gap.compare.compare import Comparison
 from pytest_dvp.gap.compare.segments import CHANNELS, UNITS
+from pytest_dvp.gap.compare.time_alignment import MAX_LAG
 
 Bound: TypeAlias = float | Mapping[str, float]
 
@@ -75,9 +76,10 @@ def _judged(comparison: Comparison, kind: str, signal: str, bound: float) -> Bou
         return BoundCheck(kind, signal, None, bound, unit, False, f"not compared ({why})")
     value = {"rmse": score.rmse, "mncc": score.mncc, "lag": score.lag, "gain": score.gain}[kind]
     if value is None or value != value:
-        return BoundCheck(
-            kind, signal, None, bound, unit, False, "not defined: the signal is constant or has no samples"
-        )
+        why = "the signal is constant or has no samples"
+        if kind == "lag" and score.mncc is not None:
+            why = f"the best lag is beyond the {MAX_LAG:g} s that are looked at"
+        return BoundCheck(kind, signal, None, bound, unit, False, f"not defined: {why}")
     if kind == "mncc":
         return BoundCheck(kind, signal, value, bound, unit, value >= bound)
     value = {"rmse": value, "lag": abs(value), "gain": abs(value - 1.0)}[kind]

@@ -33,6 +33,7 @@ _AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a sho
 # what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _COURSE = 0.2  # s to either side, over which the direction of motion is taken
+_GOES = 1.0  # m/s, from which on a path tells where a car points; chosen: twice the noise of a GNSS in 0.5 s
 _SLIP = 0.3  # rad between where a car points and where it goes, that no wheel on the road allows
 _FAST = 3.0  # m/s, below which an antenna off the axle can do the same
 _FOREMOST = 1.3  # wheelbases ahead of the rear axle, at most, is an antenna: the front bumper of a lorry or a car
@@ -248,22 +249,29 @@ def has_speed(measured: FloatArray) -> bool:
 
 def filled(t: FloatArray, measured: FloatArray) -> FloatArray:
     """The channels (n, 8) at the stamps t (n,) [s] with gaps bridged by straight lines; zeros where one is not there at
-    all, but speed and yaw rate, which then follow from the path and the heading over _COURSE to either side."""
+    all, but speed, heading and yaw rate, which then follow from the path over _COURSE to either side."""
     whole: FloatArray = np.zeros(measured.shape)
     there: BoolArray = np.asarray(np.isfinite(measured).any(axis=0))
     for k in np.flatnonzero(there).tolist():
         known = np.isfinite(measured[:, k])
         whole[:, k] = np.interp(t, t[known], measured[known, k])
-    if len(t) < 2 or there[3:5].all():
+    placed = bool(there[:2].all())
+    if len(t) < 2 or (there[3:5].all() and (there[2] or not placed)):
         return whole
     ahead, behind = _around(t)
     span = t[ahead] - t[behind]
     way = whole[ahead, :3] - whole[behind, :3]
-    if not there[3] and there[:2].all():
+    if not there[3] and placed:
         yaw = whole[:, 2]
         along = way[:, 0] * np.cos(yaw) + way[:, 1] * np.sin(yaw) if there[2] else np.hypot(way[:, 0], way[:, 1])
         whole[:, 3] = along / span
-    if not there[4] and there[2]:
+    if not there[2] and placed:
+        goes = np.hypot(way[:, 0], way[:, 1]) > _GOES * span
+        course = np.arctan2(way[:, 1], way[:, 0]) + np.where(whole[:, 3] < 0.0, np.pi, 0.0)
+        if goes.any():
+            whole[:, 2] = np.interp(t, t[goes], np.unwrap(course[goes]))
+            way[:, 2] = whole[ahead, 2] - whole[behind, 2]
+    if not there[4] and (there[2] or placed):
         whole[:, 4] = way[:, 2] / span
     return whole
 

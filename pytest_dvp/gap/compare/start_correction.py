@@ -15,6 +15,8 @@ _STOPPED = 1e-3  # m/s: once the model stands, a wrong start speed has no effect
 _CREEP = 0.5  # m/s, below which the curvature r/v is not taken from the model
 _START_SPEED = 0.3  # m/s, by which a start may be off (standard deviation) on hills, where a slow car has no rows that
 # tell it; chosen: it is measured to some cm/s
+_STANDS, _STANDING_SPEED = 0.2, 0.01  # m/s: where no speed is measured, one that begins slower stands, give or take;
+# the first row alone tells the start of one that stands, and it is noise; chosen, not measured
 _SLOW = 0.3  # m/s: on hills, from where car or model is slower on, their ways are no longer compared in this segment
 KNOTS = 3  # of a segment, evenly, between which the slope of the road runs straight
 TAKEN_OUT = 0.9
@@ -172,7 +174,9 @@ def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: 
                     a[2, r] += w * turn * d[r]
                     for q in range(r, n):
                         a[r, q] += w * d[r] * d[q]
-    if len(given):
+    if not weight[3] > 0.0 and abs(output[first, 3]) < _STANDS:
+        a[3, 3] += 1.0 / (_STANDING_SPEED * _STANDING_SPEED)
+    elif len(given):
         a[3, 3] += 1.0 / (_START_SPEED * _START_SPEED)
     for one in range(4, n):
         a[one, one] += 1.0 / (slopes * slopes)

@@ -11,9 +11,18 @@ import numpy as np
 
 from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
-from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
+from pytest_dvp.gap.compare.compared_model import CompareError, ModelSubject, command_at_stamps, rows_with_commands
 from pytest_dvp.gap.compare.road_slope import SLOWEST, slope_spread
-from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, filled, measured_array, residuals, restarted
+from pytest_dvp.gap.compare.segments import (
+    CHANNELS,
+    Residuals,
+    cut,
+    filled,
+    has_speed,
+    measured_array,
+    residuals,
+    restarted,
+)
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.dead_reckoning import Reckoned, beside_dead_reckoning
 from pytest_dvp.gap.diagnose.known_remainder import MARGIN, Left, expected, regimes_of
@@ -72,6 +81,8 @@ class Experiment:
         fine = max(FINE_STEP, 2e-4 * float(np.diff(log.t).max(initial=0.0)))  # a long pause is not worth more steps
         self._exact: Machine = Replay(model, log.t, commands, step=fine, extra=extra)
         self.measured = measured_array(log.columns)
+        if not has_speed(self.measured):
+            raise CompareError(f"{name}: no speed for a model to start with: neither v nor x and y are measured")
         self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=rows_with_commands(log, subject))
         self._free_speed = "v" not in subject.imposed_channels
         if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one

@@ -136,8 +136,7 @@ def along_the_way(search: Search, candidate: Candidate) -> list[dict[tuple[str, 
     """Points of an effect that lies somewhere: at each place that the logs pass, STEP apart, with the other values that
     the candidate's own points have. A grid of the whole map with few points misses a hill of 25 m. On a way with more
     than PLACES the steps are longer, and a small hill may be missed."""
-    logs = [each.log.columns for each in search.target.experiments]
-    way = np.hstack([np.array([log["x"], log["y"]]) for log in logs]).T
+    way = np.vstack([each.measured[:, :2] for each in search.target.experiments])
     way, step = way[np.isfinite(way).all(axis=1)], STEP
     while len(places := np.unique(np.round(way / step) + 0.0, axis=0)) > PLACES:
         step *= 1.5

@@ -247,7 +247,7 @@ def test_an_effect_that_the_model_has_is_off_at_its_values() -> None:
 
 def test_places_of_all_logs_are_asked_with_each_of_the_other_values() -> None:
     """Ways of 0 to 40 m along x and one point far off; places 20 m apart."""
-    logs = [SimpleNamespace(log=SimpleNamespace(columns={"x": np.array(x), "y": np.array(y)}))
+    logs = [SimpleNamespace(measured=np.column_stack([x, y, np.zeros(len(x))]))
             for x, y in (([0.0, 12.0, 25.0], [0.0, 0.0, 0.0]), ([40.0, 0.0, np.nan], [0.0, -21.0, 0.0]))]  # fmt: skip
     search: Any = SimpleNamespace(target=SimpleNamespace(experiments=logs))
     points = [{("e", "x"): 1.0, ("e", "y"): 2.0, ("e", "size"): size} for size in (3.0, 4.0, 3.0)]

@@ -276,3 +276,20 @@ def test_an_offset_of_the_lateral_accelerometer_is_named_beside_a_banked_road() 
     assert {effect.name, *effect.rivals} == {"lateral_accelerometer_bias", "road_bank"}
     bias = effect.parameters["b"]
     assert bias.low <= -0.65 <= bias.high
+
+
+def on_a_circuit(*without: str, **effects: float) -> Log:
+    columns = drive(seed=11, **effects).columns
+    return Log({name: values for name, values in columns.items() if name not in without})
+
+
+@pytest.mark.parametrize("without", [("yaw",), ("v",)])
+def test_a_right_model_is_right_whatever_tells_the_motion(without: tuple[str, ...]) -> None:
+    found = diagnose({"log": on_a_circuit(*without)}, baseline())
+    assert (found.verdict, found.names) == ("NOTHING_MISSING", ())
+    assert found.ladder[0].chi2_per_n < 1.2
+
+
+def test_a_log_that_tells_no_speed_is_refused() -> None:
+    with pytest.raises(CompareError, match="log: no speed for a model to start with"):
+        diagnose({"log": on_a_circuit("v", "x", "y")}, baseline())

@@ -17,8 +17,9 @@ HILL = next(c for c in candidates(MODEL, catalogue().values(), refined=True) if 
 
 
 def searched(x: np.ndarray, y: np.ndarray) -> SimpleNamespace:
-    log = SimpleNamespace(columns={"x": x, "y": y})
-    return SimpleNamespace(target=SimpleNamespace(experiments=[SimpleNamespace(log=log)]))
+    measured = np.full((len(x), 8), np.nan)
+    measured[:, 0], measured[:, 1] = x, y
+    return SimpleNamespace(target=SimpleNamespace(experiments=[SimpleNamespace(measured=measured)]))
 
 
 def test_each_place_of_the_way_is_asked_with_the_sizes_of_the_effect() -> None:
@@ -39,6 +40,11 @@ def test_a_long_way_is_asked_in_longer_steps() -> None:
     places = sorted({p["road_profile", "x"] for p in points})
     assert len(places) == 90
     assert np.diff(places) == pytest.approx(67.5)
+
+
+def test_a_log_without_positions_has_no_places() -> None:
+    nowhere = np.full(50, np.nan)
+    assert along_the_way(searched(nowhere, nowhere), HILL) == []  # type: ignore[arg-type]
 
 
 def test_rows_without_a_position_have_no_place() -> None:

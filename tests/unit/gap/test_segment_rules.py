@@ -327,7 +327,11 @@ def test_speed_and_yaw_rate_follow_from_path_and_heading() -> None:
     measured[:, 2] = np.nan
     whole = filled(t, measured)
     assert whole[inner, 3] == pytest.approx(8.0, rel=0.01)
-    assert not whole[:, 4].any()
+    assert whole[inner, 4] == pytest.approx(0.4, rel=0.01)
+    assert np.abs(whole[inner, 2] - angle[inner]).max() < 0.02  # half of what one turns in a stamp
+    measured[:, 3] = -8.0  # backwards it points the other way
+    assert np.abs(np.angle(np.exp(1j * (filled(t, measured)[inner, 2] - angle[inner] - np.pi)))).max() < 0.02
+    measured[:, 3] = np.nan
     measured[:, 1] = np.nan
     assert not filled(t, measured)[:, 3].any()
 

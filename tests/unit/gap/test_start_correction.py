@@ -137,6 +137,14 @@ def test_each_part_of_a_wrong_start_is_found_with_whatever_tells_it() -> None:
         assert found == pytest.approx(expected, abs=1e-6), channels
 
 
+def test_where_the_speed_is_not_measured_a_standstill_does_not_make_one_up() -> None:
+    """Of a car that stands, the first row alone depends on the speed at the start: noise of the position."""
+    measured = (out := path(np.zeros(N), BEND)).copy()
+    measured[:, 0] += 0.02 * np.cos(np.arange(N))
+    weight = np.where(np.isin(np.arange(8), (0, 1, 2)), WEIGHT, 0.0)
+    assert abs(started(out, measured, weight, np.ones(N, dtype=bool))[3]) < 0.01
+
+
 def test_a_start_is_the_weighted_least_squares_of_all_rows_that_count() -> None:
     out = path(V, BEND)
     rng = np.random.default_rng(5)
