@@ -160,8 +160,11 @@ def _windows(target: ExperimentSet) -> tuple[list[IntArray], IntArray, Mapping[s
     segment: list[int] = []
     series: dict[str, list[float]] = {name: [] for name in QUANTITIES}
     offset = number = 0
-    for e in target.experiments:
-        of = _quantities(e)
+    wholes = [filled(e.log.t, e.measured) for e in target.experiments]
+    extent = max(float(np.ptp(np.concatenate([whole[:, k] for whole in wholes]))) for k in (0, 1))
+    side = max(extent, 1e-6) / _CELLS
+    for e, whole in zip(target.experiments, wholes, strict=True):
+        of = _quantities(e, whole, side)
         t = e.log.t
         for first, end in zip(e.segments.starts, e.segments.ends, strict=True):
             count = max(1, round(float(t[end - 1] - t[first]) / _WINDOW))
@@ -177,17 +180,16 @@ def _windows(target: ExperimentSet) -> tuple[list[IntArray], IntArray, Mapping[s
     return windows, np.array(segment), {name: np.array(values) for name, values in series.items()}
 
 
-def _quantities(e: Experiment) -> dict[str, FloatArray]:
-    """What may change a value, at the stamps of a log: energies in J/kg since its start, the cell of the map."""
+def _quantities(e: Experiment, whole: FloatArray, side: float) -> dict[str, FloatArray]:
+    """What may change a value, at the stamps of a log: energies in J/kg since its start, the cell of the map, whose
+    `side` [m] is that of all logs. whole: see `filled`."""
     t = e.log.t
-    whole = filled(t, e.measured)
     v = np.abs(whole[:, 3])
     half = max(1, round(0.25 / float(np.median(np.diff(t)))))
     kernel = np.full(2 * half + 1, 1.0 / (2 * half + 1))
     smooth = np.convolve(np.pad(v, half, mode="edge"), kernel, "valid")
     accel = np.gradient(smooth, t)
     step = np.diff(t, prepend=t[0])
-    side = max(float(np.ptp(whole[:, 0])), float(np.ptp(whole[:, 1])), 1e-6) / _CELLS
     column, line = np.floor(whole[:, 0] / side), np.floor(whole[:, 1] / side)
     return {
         "time": t - t[0],

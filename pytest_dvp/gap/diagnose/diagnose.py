@@ -104,7 +104,9 @@ def diagnose(
             tied = tied._replace(rivals=tuple(dict.fromkeys((*tied.rivals, *sensed.rivals))))
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
-        return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
+        apart = {name if name not in logs else f"{name}, held out": log for name, log in held_out.items()}
+        whole = diagnose({**logs, **apart}, model, effects=effects, twins=twins, tick=tick)
+        return dataclasses.replace(whole, chosen_by_held_out=True)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
         rivals = {} if by_sensors else rivals_of(search, judges, found)  # those were asked beside dead reckoning
@@ -124,7 +126,7 @@ def diagnose(
         NamedEffect(
             name=after.names[-1],
             parameters=_estimates(measured, sure, after.names[-1]),
-            rivals=found.rivals.get(after.names[-1], ()),
+            rivals=tuple(rival for rival in found.rivals.get(after.names[-1], ()) if rival not in final.names),
             gain=float(min(max((before.chi2 - after.chi2) / excess, 0.0), 1.0)),
             action="change" if after.names[-1] in present else "add",
             held_out_gain=gains.get(after.names[-1]),

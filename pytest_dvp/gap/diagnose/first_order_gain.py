@@ -46,12 +46,16 @@ class FirstOrderGain:
             if all(raw >= self._nothing and size > 0.0 and slope**2 < HOPELESS * needed * size
                    for raw, size, slope in looks):  # fmt: skip
                 return [(self._before + 2.0 * slope + size, p) for (_, size, slope), p in zip(looks, weak, strict=True)]
+        # Weaker points of an effect that the model has lie beyond its own values; one of a place may lie anywhere.
+        fades = not candidate.own and not any(c.key.where for c in candidate.coordinates)
         options: list[tuple[float, Point]] = []
         hoped: list[tuple[float, Point]] = []
         for point in points:
             raw, size, slope = self._step(point)
             self.strongest = max(self.strongest, raw)
             if raw < self._nothing:
+                if not fades:
+                    continue
                 if options:  # between the last point that shows and this one
                     options += self._halved(candidate, options[-1][1], point)
                 break

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from copy import copy
-from math import inf, isinf
+from math import inf, isinf, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -55,6 +55,7 @@ PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
+FEW = 4.2  # three standard deviations of chi^2/N of one of some channels: 3 sqrt(2); what few samples make is no misfit
 MATCHED_MISFIT = 0.02  # of what was beyond the noise at first, that a set of many effects may leave, and
 MATCHED = 3.0  # times the noise beyond it at most: other beginnings led five cars in MuJoCo to much the same
 EXCUSED_MISFIT = 2.0  # of one channel of a twin with a known remainder, which changes from drive to drive
@@ -96,7 +97,7 @@ class Search:
         self.nuisance, self.start, self.fixed = tuple(nuisance), dict(start or {}), dict(fixed or {})
         self.count = max(target.count, 1)
         self.starts = target.starts()
-        self._shown: dict[str, float] = {}
+        self._shown: dict[str, float] = {}  # of the first scan, which alone is sure to look at the strongest of each
         self._near: dict[str, tuple[str, ...]] = {}
         self._given = 0.0  # chi^2 of the model as given, once the search runs
         self._way = ""  # from where effects are looked for, in the words of progress
@@ -203,8 +204,7 @@ class Search:
 
     def least_gain(self, left: float, *, first: bool) -> float:
         """chi^2/N that is worth an effect, the first one or one beside others, which leaves `left` of chi^2/N."""
-        little = first or (left > FAR and not self.target.excused)
-        return (FIRST if little else PRACTICAL) * max(1.0, left)
+        return (FIRST if first or (left > FAR and not self.target.excused) else PRACTICAL) * max(1.0, left)
 
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
@@ -274,7 +274,8 @@ class Search:
         channels, known = target.by_channel(now.values), target.anew()
         usual = float(np.mean([known[c] for c in channels])) if channels else 1.0  # they have about as many samples
         chi2 = square(target.whitened(now.values)) if self.target.excused else now.chi2
-        return chi2 > MISFIT * usual * self.count or any(channels[c] > most * known[c] for c in channels)
+        few = 1.0 + FEW * sqrt(len(channels) / self.count)
+        return chi2 > MISFIT * usual * self.count or any(channels[c] > max(most * known[c], few) for c in channels)
 
     def within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
@@ -312,8 +313,7 @@ class Search:
             return look.strongest, [(left, name, point) for left, point in options]
 
         found = mapped(looked_at, few := [name for name in names if name not in now.names])
-        if not now.names:
-            # Only the first scan is sure to look at the strongest of each.
+        if not now.names and needed <= 0.0:
             self._shown = {n: seen / self.count for n, (seen, _) in zip(few, found, strict=True)} | self._shown
         ranking = [min(options, key=lambda option: option[0]) for _, options in found if options]
         return sorted(ranking, key=lambda entry: (entry[0], entry[1]))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.compare.segments import filled
 from pytest_dvp.gap.diagnose.dependence import (
     QUANTITIES,
     Dependence,
@@ -235,6 +236,11 @@ def an_experiment(t: FloatArray, edges: list[int], **given: FloatArray) -> Any:
     return SimpleNamespace(log=SimpleNamespace(t=t), measured=measured, segments=segments)
 
 
+def quantities(e: Any) -> Any:
+    whole = filled(e.log.t, e.measured)
+    return _quantities(e, whole, max(1e-6, *(float(np.ptp(whole[:, k])) for k in (0, 1))) / 8.0)
+
+
 def test_windows_last_a_second_within_their_segment_and_go_on_from_log_to_log() -> None:
     t = 0.1 * np.arange(50)
     first = an_experiment(t, [0, 33, 50], v=t, x=4.0 * t)
@@ -246,14 +252,15 @@ def test_windows_last_a_second_within_their_segment_and_go_on_from_log_to_log() 
     assert segment.tolist() == [0, 0, 0, 1, 1, 2, 3, 3]
     clock = np.append(t, t[:20])
     assert series["time"] == pytest.approx([clock[a:b].mean() for a, b in rows])
-    cells = np.append(np.floor(4.0 * t / (4.0 * 4.9 / 8.0)), 1000.0 * np.floor(7.0 * t[:20] / (7.0 * 1.9 / 8.0)))
+    side = 4.0 * 4.9 / 8.0  # of all logs, so that a cell is the same place in each
+    cells = np.append(np.floor(4.0 * t / side), 1000.0 * np.floor(7.0 * t[:20] / side))
     assert series["place"] == pytest.approx([cells[(a + b) // 2] for a, b in rows])
 
 
 @pytest.mark.parametrize("step", [0.25, 0.6])
 def test_of_a_few_samples_a_second_a_speed_is_smoothed_over_its_two_neighbours(step: float) -> None:
     v = np.array([0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
-    found = _quantities(an_experiment(step * np.arange(6), [0, 6], v=v))
+    found = quantities(an_experiment(step * np.arange(6), [0, 6], v=v))
     assert found["speed"] == pytest.approx([0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
 
 
@@ -262,7 +269,7 @@ def test_what_may_change_a_value_is_told_at_each_stamp() -> None:
     t = 3.0 + 0.05 * np.arange(301)
     tau = t - t[0]
     v = np.where(tau < 10.0, 2.0 * tau, 20.0 - 4.0 * (tau - 10.0))
-    found = _quantities(an_experiment(t, [0, 301], v=-v, x=tau**2, y=3.0 * tau))
+    found = quantities(an_experiment(t, [0, 301], v=-v, x=tau**2, y=3.0 * tau))
     assert found["time"] == pytest.approx(tau)
     half = 5  # 0.25 s
     padded = np.concatenate([np.full(half, v[0]), v, np.full(half, v[-1])])

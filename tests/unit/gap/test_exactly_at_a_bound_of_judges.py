@@ -269,7 +269,7 @@ def look(rest: Any, *rows: Any) -> tuple[FirstOrderGain, Any]:
     now: Any = SimpleNamespace(values={}, fit=SimpleNamespace(residual=left, jacobian=np.zeros((0, len(left)))))
     c = Coordinate("e", Key("k", "-", 0.0, 1.0, 0.0, 0.1))
     candidate: Any = SimpleNamespace(
-        coordinates=(c,), weaker=lambda point, share: [{key: value * share for key, value in point.items()}]
+        own={}, coordinates=(c,), weaker=lambda point, share: [{key: value * share for key, value in point.items()}]
     )
     return FirstOrderGain(target, now), candidate
 

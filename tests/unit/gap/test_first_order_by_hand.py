@@ -38,12 +38,12 @@ def gain(strength: Callable[[float], float] = plain, across: float = -1.0) -> Fi
 
 def candidate(*names: str, jumps: bool = False) -> Any:
     """Coordinates that are their own units; a weaker point is the share of it."""
-    key = SimpleNamespace(late=False, name="")
+    key = SimpleNamespace(late=False, name="", where=False)
     coordinates = [
         SimpleNamespace(name=name, key=key, to_unit=float, value=float, within=float, jumps=jumps) for name in names
     ]
     return SimpleNamespace(
-        coordinates=coordinates, weaker=lambda point, share: [{name: share * u for name, u in point.items()}]
+        own={}, coordinates=coordinates, weaker=lambda point, share: [{name: share * u for name, u in point.items()}]
     )
 
 
@@ -279,3 +279,16 @@ def test_a_key_that_only_says_how_imitates_nothing_alone(how: bool, known: bool,
     two.coordinates, two.points = (*two.coordinates, idle), [{"brake_gain.g": 0.0, "other": 0.0}]
     found: Any = imitation([drives((3.0, 4.0), 10.0)], [two])
     assert list(found) == (["brake_gain.g"] if known else [])
+
+
+@pytest.mark.parametrize("why", ["own", "where"])
+def test_a_point_that_changes_nothing_ends_the_look_only_where_weaker_ones_follow(why: str) -> None:
+    """The model's own value lies between points, and a hill may lie at any of its places."""
+    points: list[Mapping[Any, float]] = [{"a": 3.0}, {"a": 0.0}, {"a": 2.0}]
+    plain, other = candidate("a"), candidate("a")
+    if why == "own":
+        other.own = {"a": 0.0}
+    else:
+        other.coordinates[0].key.where = True
+    assert 2.0 not in {point["a"] for _, point in gain().remaining_chi2(plain, points)}
+    assert {2.0, 3.0} <= {point["a"] for _, point in gain().remaining_chi2(other, points)}

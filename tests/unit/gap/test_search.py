@@ -235,3 +235,9 @@ def test_the_interval_of_a_named_effect_holds_the_truth() -> None:
     low, high = intervals(final.fit, s.starts)["drive_gain", "g"]
     assert low <= 0.85 <= high
     assert high - low < 0.01
+
+
+def test_a_finer_effect_is_not_called_hidden_for_being_without_hope() -> None:
+    """It is first looked at in the place of the only effect, and in its weakest point only."""
+    s = on_truth({"steer_delay": {"T": 0.15}}, "rich", "steer_delay", "steer_sticking", "steer_ratio")
+    assert "steer_sticking" not in s.run().not_excited

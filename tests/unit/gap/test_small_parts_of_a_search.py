@@ -10,6 +10,7 @@ import numba
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.compare.segments import filled
 from pytest_dvp.gap.diagnose import all_cores, held_out_choice
 from pytest_dvp.gap.diagnose import search as module
 from pytest_dvp.gap.diagnose.dependence import _by_place, _quantile, _quantities
@@ -328,11 +329,16 @@ def drive(**columns: Any) -> Any:
     return SimpleNamespace(log=SimpleNamespace(t=t), measured=measured)
 
 
+def quantities(e: Any) -> Any:
+    whole = filled(e.log.t, e.measured)
+    return _quantities(e, whole, max(1e-6, *(float(np.ptp(whole[:, k])) for k in (0, 1))) / 8.0)
+
+
 def test_energies_are_summed_over_smoothed_accelerations() -> None:
     """From 0 to 10 m/s with 2 m/s^2 and back with 1: 50 J/kg each way; what is smoothed is half a second wide."""
     t = 0.125 * np.arange(200)
     v = np.where(t < 5.0, 2.0 * t, np.maximum(15.0 - t, 0.0))
-    found = _quantities(drive(v=-v, x=4.0 * t, y=0.0 * t))
+    found = quantities(drive(v=-v, x=4.0 * t, y=0.0 * t))
     assert found["motor_energy"][-1] == pytest.approx(50.0, rel=0.06)
     assert found["brake_energy"][-1] == pytest.approx(50.0, rel=0.06)
     assert found["motor_energy"][39] == pytest.approx(50.0, rel=0.06)
@@ -341,17 +347,17 @@ def test_energies_are_summed_over_smoothed_accelerations() -> None:
     assert found["acceleration"][20] == pytest.approx(2.0)
     assert found["acceleration"][100] == pytest.approx(-1.0)
     assert found["time"].tolist() == pytest.approx((t - t[0]).tolist())
-    step = _quantities(drive(v=np.where(t < 10.0, 0.0, 5.0), x=t, y=t))["speed"]
+    step = quantities(drive(v=np.where(t < 10.0, 0.0, 5.0), x=t, y=t))["speed"]
     assert step[77:83] == pytest.approx([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])  # five rows, two to either side
 
 
 def test_a_place_is_one_of_eight_cells_along_the_longer_side() -> None:
     x = np.array([0.5, 9.5, 10.5, 79.9, 0.5, 80.0])
     y = np.array([0.5, 9.5, 0.5, 0.5, 10.5, 0.0])
-    place = _quantities(drive(v=np.ones(6), x=x - 0.0, y=y))["place"]
+    place = quantities(drive(v=np.ones(6), x=x - 0.0, y=y))["place"]
     side = (80.0 - 0.5) / 8.0
     assert place.tolist() == [float(int(a / side) + 1000 * int(b / side)) for a, b in zip(x, y, strict=True)]
-    turned = _quantities(drive(v=np.ones(6), x=y, y=x))["place"]
+    turned = quantities(drive(v=np.ones(6), x=y, y=x))["place"]
     assert turned.tolist() == [float(int(b / side) + 1000 * int(a / side)) for a, b in zip(x, y, strict=True)]
 
 
