@@ -20,6 +20,7 @@ from pytest_dvp.gap.diagnose.residual_terms import Axis, Term
 from pytest_dvp.logs.log_contents import FloatArray
 
 _FOLDS = 5  # of cross-validation, as in equation_error.py
+LEAST_EXCESS = 0.02  # of the noise: shares of less are shares of chance; chosen
 _RIDGE = 1e-6  # of the scaled normal equations: keeps equal columns solvable, and changes no value that shows
 _DIRECT = {"longitudinal": "ax", "lateral": "yaw_rate"}
 _SUMMED = {"longitudinal": "v", "lateral": "yaw"}
@@ -52,7 +53,10 @@ class TermSums:
         return _gain(a, b, theta) / self.excess, theta
 
     def held_out(self, chosen: Sequence[int]) -> float:
-        """Share of the excess that terms explain on segments that they were not fitted on; may be negative."""
+        """Share of the excess that terms explain on segments that they were not fitted on; may be negative, and is 0
+        where next to nothing is in excess."""
+        if self.excess < LEAST_EXCESS * float(self.count.sum()):
+            return 0.0
         own = self._columns(chosen)
         a, b = self.a[:, own][:, :, own], self.b[:, own]
         whole_a, whole_b = a.sum(axis=0), b.sum(axis=0)

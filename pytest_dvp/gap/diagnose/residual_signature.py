@@ -118,7 +118,8 @@ def _selected(sums: TermSums, names: Sequence[Term]) -> tuple[list[int], list[di
         chosen.append(k)
         so_far += gains[k]
         share, theta = sums.fitted(chosen)
-        told.append({"term": names[k].name, "key": names[k].key, "share": share, "held_out_share": so_far,
+        told.append({"term": names[k].name, "key": names[k].key, "share": min(share, 1.0),
+                     "held_out_share": min(so_far, 1.0),
                      "coefficient": float(theta[-1])})  # fmt: skip
     return chosen, told
 
@@ -128,7 +129,7 @@ def _others(sums: TermSums, names: Sequence[Term], chosen: Sequence[int]) -> lis
     best: dict[str, tuple[float, str]] = {}
     first = names[chosen[0]].key if chosen else ""
     for k, term in enumerate(names):
-        share = sums.held_out([k])
+        share = min(sums.held_out([k]), 1.0)
         if share > WORTH and term.key != first and share > best.get(term.key, (0.0, ""))[0]:
             best[term.key] = share, term.name
     ranked = sorted(best.values(), key=lambda pair: -pair[0])[:_ELSEWHERE]

@@ -146,9 +146,14 @@ def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> 
                 value *= key.neutral / given[name]
         if not says_how(key) and not is_usual(key, value):
             found.append(
-                f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"
+                f"{name} = {estimate.value:.3g}{_from(value, estimate.value)} is outside what is usual, "
+                f"{key.low:g} to {key.high:g} {key.unit}"
             )
     return [text.removesuffix(" -") for text in found]
+
+
+def _from(change: float, value: float) -> str:
+    return "" if change == value else f", {change:.3g} seen from what the model has,"
 
 
 def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excused: bool) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ class LargestDifference:
     """By what two are told apart: at `time` [s] `channel` of the other differs by `difference` in its unit.
 
     gap: chi^2/N of the drive's log by which they differ; `truth` is empty where the other is to be seen at all.
+    size: the other in words, `g = 0.9`.
     """
 
     truth: str
@@ -40,6 +42,7 @@ class LargestDifference:
     channel: str
     time: float
     difference: float
+    size: str = ""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -103,7 +106,8 @@ def sign_of(rehearsal: Rehearsal, truth: str, other: Hypothesis, gap: float) -> 
     shares = rehearsal.channels(other.values)
     channel = max(shares, key=lambda name: shares[name])
     time, difference = rehearsal.largest(other.values, channel)
-    return LargestDifference(truth, other.name, gap, channel, time, difference)
+    size = ", ".join(f"{key} = {value:.3g}" for (_, key), value in other.values.items() if math.isfinite(value))
+    return LargestDifference(truth, other.name, gap, channel, time, difference, size)
 
 
 def candidates_by_name(

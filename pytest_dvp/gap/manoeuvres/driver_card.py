@@ -112,7 +112,7 @@ def _record(model: VehicleModel, noise: Mapping[str, float]) -> str:
 
 def _meanings(choice: Choice) -> list[str]:
     if choice.exciting:
-        return [f"{s.other}: {_differs(s)}; if not, the car does not have it" for s in choice.signs]
+        return [f"{s.other} of {s.size}: {_differs(s)}; if not, the car has none of that size" for s in choice.signs]
     best: dict[frozenset[str], LargestDifference] = {}
     for sign in choice.signs:
         best.setdefault(frozenset((sign.truth, sign.other)), sign)

@@ -18,7 +18,8 @@ WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a s
 LATE = 0.02  # s, least lag worth a word
 NAMED_STRETCHES = 5  # that a line names, the longest
 STEADY = 0.5  # of the squared error, from which an offset says more than a place
-ALIKE = 0.5  # MNCC from which a signal tells a lag
+ALIKE = 0.5  # MNCC from which a signal tells a lag or a gain
+PART_NOT_JUDGED = 0.1  # of the time, from which the first line says that a part was not judged; chosen
 
 
 def headline(comparison: Comparison) -> str:
@@ -33,9 +34,13 @@ def headline(comparison: Comparison) -> str:
         worst = max(causes, key=lambda name: scores[name].chi2_per_n)
     score = scores[worst]
     if score.chi2_per_n <= NOTHING_LEFT:
+        share = slid_share(comparison)
+        where = (
+            "this log" if share < PART_NOT_JUDGED else f"the {100.0 * (1.0 - share):.0f} % of this log that is judged"
+        )
         return (
             f"{comparison.model} explains every signal to its noise (worst: {worst}, chi²/N {score.chi2_per_n:.2f}); "
-            "nothing is left to find in this log"
+            f"nothing is left to find in {where}"
         )
     text = f"{comparison.model} misses {worst} by {amount(score)}, {math.sqrt(score.chi2_per_n):.1f} times its noise"
     if furthest not in (worst, *causes):
@@ -84,12 +89,17 @@ def slid(comparison: Comparison) -> list[tuple[float, float]]:
     return [(float(t[first]), float(t[min(end, len(t) - 1)])) for first, end in edges]
 
 
+def slid_share(comparison: Comparison) -> float:
+    """Share of the time, 0 to 1, in which the car slides or spins, or its heading is contradicted."""
+    return sum(b - a for a, b in slid(comparison)) / max(float(comparison.t[-1] - comparison.t[0]), 1e-9)
+
+
 def not_judged(comparison: Comparison) -> str:
     """ "not judged: 38 % of the time, 24.3-28.9 s, ...: ..."; empty if all that was compared is judged."""
     stretches = slid(comparison)
     if not stretches:
         return ""
-    share = sum(b - a for a, b in stretches) / max(float(comparison.t[-1] - comparison.t[0]), 1e-9)
+    share = slid_share(comparison)
     longest = sorted(sorted(stretches, key=lambda one: one[0] - one[1])[:NAMED_STRETCHES])
     named = ", ".join(f"{a:.1f}-{b:.1f} s" for a, b in longest)
     more = f" and {len(stretches) - len(longest)} more" if len(stretches) > len(longest) else ""
@@ -129,7 +139,7 @@ def table(comparison: Comparison) -> list[str]:
             name, f"{score.rmse:.4g}", score.unit, f"{comparison.noise[name]:.2g}", f"{score.chi2_per_n:.2f}",
             "-" if score.nrmse is None else f"{100.0 * score.nrmse:.2f} %", _text(score.mncc, ".4f"),
             _text(score.lag, "+.3f"),
-            _text(score.gain, ".3f"), _text(score.iso18571, ".3f"),
+            _text(score.gain if (score.mncc or 0.0) >= ALIKE else None, ".3f"), _text(score.iso18571, ".3f"),
         ))  # fmt: skip
     return columns(rows)
 

@@ -48,13 +48,17 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
     little = "no more than the twin's known remainder" if found.remainder else "sensor noise"
     if found.verdict == "NOTHING_MISSING":
-        return f"{model} lacks nothing that these data show: what is left is {little} (chi²/N {figure(last)})"
+        judged = "these data"
+        if found.samples.slides > PART_NOT_JUDGED:
+            judged = f"the {_rate(1.0 - found.samples.slides)} of these data that can be judged"
+        return f"{model} lacks nothing that {judged} show: what is left is {little} (chi²/N {figure(last)})"
     if found.verdict == "NOT_EXCITED":
         many = len(found.not_excited)
         return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
     left = f"chi²/N {figure(last)}{_worst(found)}"
     if found.verdict == "UNKNOWN":
-        return f"{model} misses something that no effect of the catalogue explains ({left})"
+        everywhere = " on all drives" if found.vetoed else ""
+        return f"{model} misses something that no effect of the catalogue explains{everywhere} ({left})"
     lacks = _lacks(found, model)
     if found.verdict == "PARTIAL" and len(found.ladder) == 1:
         return f"{lacks}; what is left no effect of the catalogue explains ({left})"
@@ -251,6 +255,7 @@ def _notes(found: Diagnosis) -> list[str]:
 
 WORSE = -0.005  # share of the error held out, from which a table shows it as less than 0 %
 MOST_HIDDEN = 8  # effects of which a line says how much may hide; chosen: two lines, and the JSON has the others
+PART_NOT_JUDGED = 0.1  # of the drives, from which the first line says that a part was not judged; chosen
 COLOURED = 0.9  # of the samples: where fewer are independent, the answer says so
 
 
@@ -281,6 +286,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
             "no effect of the catalogue does that",
             f"{_rate(found.samples.left_out)} of them is left out of the fit, up to the ends of those segments",
             "the answer holds for the rest alone",
+            "where no wheel slipped, its speed contradicts the positions",
         ]
         lines += _wrapped("", words, "; ")
     if found.samples.slopes:
@@ -367,7 +373,7 @@ def _second_opinion(found: Diagnosis) -> list[str]:
     instead = f" before {found.effects[0].name}" if found.effects else ""
     return [
         "second opinion: on the whole error, with no effect added yet, regression without simulation votes for "
-        f"{first}{instead} ({100.0 * score:.0f} %)"
+        f"{first}{instead} ({100.0 * min(score, 1.0):.0f} %)"
     ]
 
 

@@ -284,7 +284,7 @@ def test_where_values_differ_most_is_told_in_the_unit_of_the_channel() -> None:
     assert rehearsal.largest({}, "yaw_rate") == pytest.approx((0.3, 0.02))
     (candidate,) = tried("drive_gain")
     assert sign_of(rehearsal, "a", Hypothesis(candidate, {DRIVE: 0.9}), 0.5) == LargestDifference(
-        "a", "drive_gain", 0.5, "yaw_rate", 0.3, pytest.approx(0.02)
+        "a", "drive_gain", 0.5, "yaw_rate", 0.3, pytest.approx(0.02), "g = 0.9"
     )  # fmt: skip
     assert a_rehearsal(np.zeros((4, 8))).channels({}) == {"v": 0.0, "yaw_rate": 0.0}
 
@@ -337,7 +337,8 @@ def test_typical_is_the_middle_of_the_points_or_of_the_range() -> None:
 
 def a_choice(**given: Any) -> Choice:
     signs = (
-        LargestDifference("a", "b", 0.2, "yaw_rate", 3.14, -0.0456), LargestDifference("b", "a", 0.3, "v", 1.0, 0.5),
+        LargestDifference("a", "b", 0.2, "yaw_rate", 3.14, -0.0456, "g = 0.9"),
+        LargestDifference("b", "a", 0.3, "v", 1.0, 0.5),
         LargestDifference("a", "c", 0.4, "v", 9.0, 1.234),
     )  # fmt: skip
     fields: dict[str, Any] = {
@@ -386,9 +387,8 @@ def test_a_card_of_what_is_to_be_shown_and_of_what_was_asked_for() -> None:
     lines = card(one, MODEL, Envelope(), NOISE, {}).splitlines()
     assert lines[1] == "  why      shows b, if the car has it"
     assert "41 s, once; from" in lines[3]
-    assert (
-        lines[10] == "  means    b: differs in yaw_rate, most at 3.1 s by 0.046 rad/s; if not, the car does not have it"
-    )
+    means = "b of g = 0.9: differs in yaw_rate, most at 3.1 s by 0.046 rad/s; if not, the car has none of that size"
+    assert lines[10] == f"  means    {means}"
     assert lines[11] == "  but      this is the best within these limits, and may well not be enough: widen them"
     assert lines[12] == "  not      x, y: nothing within these limits shows them"
     two = card(a_choice(exciting=True), MODEL, Envelope(), NOISE, {}).splitlines()

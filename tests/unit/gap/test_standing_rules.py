@@ -82,7 +82,7 @@ def test_a_value_outside_what_is_usual_is_told_with_the_range() -> None:
     assert len(_implausible(named("drive_gain", g=0.8), gain, {"g": 1.2})) == 1  # a third less
     assert _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.2}) == []
     (told,) = _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.05})
-    assert told == "c = 0.5 is outside what is usual, 0.05 to 0.4 m/s^2"
+    assert told == "c = 0.5, 0.45 seen from what the model has, is outside what is usual, 0.05 to 0.4 m/s^2"
     assert len(_implausible(named("brake_limit", limit=0.9), limit, {"limit": 5.0})) == 1
     fade = find_effect("brake_fade")
     assert _implausible(named("brake_fade", k=0.01, tau=9e9), fade, {}) == []  # how, not how much
@@ -361,7 +361,8 @@ def test_everything_that_speaks_against_an_effect_is_listed_in_its_order(monkeyp
     drive, brake, removed, other = with_standing(found, search, final, logs, evidence, known)
     assert drive.doubts == (
         "these data cannot tell it from mass", REMAINDER_ONLY, "these drives can hardly show it: no throttle",
-        "regression without simulation votes for brake_lag", "g = 1.3 is outside what is usual, 0.7 to 1.2",
+        "regression without simulation votes for brake_lag",
+        "g = 1.3, 1.44 seen from what the model has, is outside what is usual, 0.7 to 1.2",
         "the twin's known remainder imitates as much", "much is left", "a scale is off",
         "its g changes with brake energy",
     )  # fmt: skip
