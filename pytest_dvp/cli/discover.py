@@ -62,5 +62,5 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(finite(law.as_dict(written)), ensure_ascii=False))
     else:
-        print("\n".join(discovery_lines(law, written, " ".join(arguments.held_out))))
+        print("\n".join(discovery_lines(law, written, arguments.model, arguments.logs, arguments.held_out)))
     return 0

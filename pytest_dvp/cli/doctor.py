@@ -174,8 +174,11 @@ def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitati
         for key, what in _SAID:
             if entry[key]:
                 print(f"  {what}: {listed(entry[key], 20)}")
+    else:
+        print(f"{entry['log']}: cannot be read")
     for finding in findings:
-        what = " ".join(filter(None, (finding.severity, finding.code, finding.element)))
+        place = f"line {finding.line}" if finding.line is not None else ""
+        what = " ".join(filter(None, (finding.severity, finding.code, place, finding.element)))
         print(f"  {what}: {finding.message}")
     if not findings:
         print("  nothing wrong found")

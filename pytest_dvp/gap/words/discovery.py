@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
 from pytest_dvp.gap.discover.law import Law
 from pytest_dvp.gap.discover.law_file import equation, law_names
 from pytest_dvp.gap.words.diagnosis import figure, three
 
 
-def discovery_lines(law: Law, file: str | None, held_out: str) -> list[str]:
-    """Lines of the answer: the verdict with its equation, the error before and after, what speaks against it."""
+def discovery_lines(law: Law, file: str | None, model: str, logs: Sequence[str], held_out: Sequence[str]) -> list[str]:
+    """Lines of the answer: the verdict with its equation, the error before and after, what speaks against it, and the
+    command that adds what was written to `file`; model, logs, held_out: as the user named them."""
     if law.verdict == "NO_LAW":
         return [f"NO_LAW: {reason}" for reason in law.reasons]
     what = {"LAW": "this form explains the error", "STAND_IN": "this removes the error, but its form is not proven"}
@@ -33,6 +38,7 @@ def discovery_lines(law: Law, file: str | None, held_out: str) -> list[str]:
     if law.decides:
         lines.append(f"a drive that would tell more: {law.decides}")
     if file:
-        use = f"dvp extend --model M.toml --effects {file} --add {' '.join(law_names(law))} --fit LOG"
-        lines.append(f"{file} written; use it: {use} --held-out {held_out} --out M2.toml")
+        use = ["dvp", "extend", "--model", model, "--effects", file, "--add", *law_names(law), "--fit", *logs]
+        use += ["--held-out", *held_out, "--out", f"{Path(model).stem}.extended.toml"]
+        lines.append(f"{file} written; use it: {shlex.join(use)}")
     return lines

@@ -296,7 +296,7 @@ def test_what_a_law_removes_is_a_share_of_the_error_beyond_the_noise() -> None:
 
 
 def test_what_is_said_of_a_law() -> None:
-    lines = discovery_lines(a_law(), "law.py", "b.csv")
+    lines = discovery_lines(a_law(), "law.py", "car.toml", ["a b.csv"], ["b.csv"])
     assert lines[0].startswith("STAND_IN: d += 0.0005")
     assert lines[0].endswith("(this removes the error, but its form is not proven)")
     assert lines[2] == "  a- lag(v a-) on the steering path (steer): c = 0.000500 s^5 rad/m^3 (-0.00100 to 0.00300)"
@@ -306,8 +306,10 @@ def test_what_is_said_of_a_law() -> None:
     assert lines[8:11] == ["these data cannot tell at which of these it acts: drag, brake", "because",
                            "a drive that would tell more: a drive"]  # fmt: skip
     assert "--effects law.py --add law_steer law_drag" in lines[11]
-    assert "--held-out b.csv" in lines[11]
-    short = discovery_lines(a_law(verdict="LAW", points=("drag",), reasons=(), decides=""), None, "b.csv")
+    assert lines[11].endswith("--fit 'a b.csv' --held-out b.csv --out car.extended.toml")
+    short = discovery_lines(
+        a_law(verdict="LAW", points=("drag",), reasons=(), decides=""), None, "car.toml", ["a.csv"], ["b.csv"]
+    )
     assert short[0].endswith("(this form explains the error)")
     assert short[-1] == ""
-    assert discovery_lines(a_law(verdict="NO_LAW"), "law.py", "b.csv") == ["NO_LAW: because"]
+    assert discovery_lines(a_law(verdict="NO_LAW"), "law.py", "car.toml", ["a b.csv"], ["b.csv"]) == ["NO_LAW: because"]

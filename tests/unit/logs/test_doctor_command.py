@@ -40,6 +40,15 @@ def test_a_file_that_cannot_be_read_is_a_finding_too(tmp_path: Path, capsys: pyt
     assert [f["code"] for f in entry["findings"]] == ["log.unit_missing", "log.unit_missing"]
 
 
+def test_a_line_that_cannot_be_read_is_named_with_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t [s],v [m/s]\n0,1\n0.1,abc\n", encoding="utf-8")
+    assert main(["doctor", str(path)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == f"{path}: cannot be read"
+    assert lines[1].startswith("  error value.not_a_number line 3 column v: ")
+
+
 def test_only_the_named_part_is_examined(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     columns = drive(60.0)
     v = np.where(columns["t"] < 30.0, columns["v"], 3.6 * columns["v"])
