@@ -24,7 +24,8 @@ def way_of(unit: str) -> tuple[str, str]:
 def combined(way: str, t: FloatArray, fields: list[FloatArray]) -> FloatArray:
     """One column (n,) of fields (n,) at times t (n,) [s], in their unit; "rate of": in their unit a second.
 
-    A rate is the length of the difference over 0.2 s, or over four samples if these are longer; NaN at both ends.
+    A rate is the length of the difference over 0.2 s, or over four samples if these are longer, and of one field the
+    difference with its sign; NaN at both ends.
     """
     if way == "mean of":
         return np.asarray(np.mean(fields, axis=0))
@@ -39,5 +40,5 @@ def combined(way: str, t: FloatArray, fields: list[FloatArray]) -> FloatArray:
     inside = seen & (t >= at[0] + half) & (t <= at[-1] - half)
     here = t[inside]
     steps = [np.interp(here + half, at, f[seen]) - np.interp(here - half, at, f[seen]) for f in fields]
-    found[inside] = np.sqrt(np.sum(np.square(steps), axis=0)) / (2.0 * half)
+    found[inside] = (steps[0] if len(steps) == 1 else np.sqrt(np.sum(np.square(steps), axis=0))) / (2.0 * half)
     return found

@@ -11,6 +11,8 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 
 MAX_LAG = 5.0  # s
+FLAT = 1e-10  # of its greatest value, by which a signal varies at least; chosen: an overtaking 5.8e6 m north of the
+# equator varies by 6e-7 of its UTM coordinate
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -40,7 +42,7 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
         raise Undefined("too few common samples")
     x, y = model - model.mean(), measured - measured.mean()
     norm = math.sqrt(_dot(x, x)) * math.sqrt(_dot(y, y))
-    floor = 1e-12 * len(x) * max(float(np.abs(model).max()), 1e-300) * max(float(np.abs(measured).max()), 1e-300)
+    floor = FLAT**2 * len(x) * max(float(np.abs(model).max()), 1e-300) * max(float(np.abs(measured).max()), 1e-300)
     if norm <= floor:
         raise Undefined("the signal is constant")
     n = len(x)

@@ -23,14 +23,16 @@ _BEST = 0.1  # share of the rows from which the best state of a drive is taken
 def lost_fix(columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
     """Rows (n,) at which the stated deviation of the position is more than WORSE times the drive's best and than FIXED.
 
-    `columns` with `t` [s] and, where the log has it, `position_sigma` [m]; none without. What counts is the drive's own
-    best: a receiver that is poor from the beginning to the end is `no_evidence_of_place`'s to tell.
+    `columns` with `t` [s] and, where the log has it, `position_sigma` [m]; none without. One that is stated seldom
+    holds until the next. What counts is the drive's own best: a receiver that is poor from the beginning to the end is
+    `no_evidence_of_place`'s to tell.
     """
     sigma = columns.get(SIGMA)
     if sigma is None or not np.isfinite(sigma).any():
         return np.zeros(len(columns["t"]), dtype=np.bool_)
     limit = max(WORSE * float(np.nanquantile(sigma, _BEST)), FIXED)
-    return np.asarray(np.nan_to_num(sigma, nan=0.0) > limit)
+    last = np.maximum.accumulate(np.where(np.isfinite(sigma), np.arange(len(sigma)), 0))
+    return np.asarray(np.nan_to_num(sigma[last], nan=0.0) > limit)
 
 
 def with_fix(columns: Mapping[str, FloatArray], name: str) -> FloatArray:

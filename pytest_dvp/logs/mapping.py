@@ -167,6 +167,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
     """
     parts: list[tuple[SignalMap, FloatArray, FloatArray]] = []
     checked: set[tuple[str, str]] = set()
+    streams = _on_one_clock(streams, mapping, file, findings)
     for signal in mapping.signals:
         stream = stream_of(streams, signal, mapping, file)
         t = _stamps(stream, signal, mapping)
@@ -175,6 +176,10 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
             checked.add((stream.topic, signal.time))
             # The recorder's clock too: what was set back between two messages may be seen in one of them only.
             _check_stamps(t if np.any(np.diff(t) < 0) else stream.receive, stream, file, findings)
+        if (timeless := int(np.count_nonzero(~np.isfinite(t)))) and (stream.topic, "") not in checked:
+            checked.add((stream.topic, ""))
+            findings.add("log.time_missing", file, None, stream.topic, f"{timeless} rows have no time and are left out",
+                         severity="warning")  # fmt: skip
         kept = _first_of_equal(t)
         parts.append((signal, t[kept], values[kept]))
     stamps = np.unique(np.concatenate([np.round(t / STAMP).astype(np.int64) for _, t, _ in parts]))
@@ -196,6 +201,22 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         "unmapped": _left(streams, mapping, file),
     }
     return Table(file, kind, columns, place=place, findings=findings, notes=notes)
+
+
+def _on_one_clock(streams: Sequence[Stream], mapping: MappingFile, file: str, findings: Findings) -> Sequence[Stream]:
+    """The streams, with the recorder's clock of those without a header moved to that of the headers, by the median of
+    what lies between the two in the others: headers may count from 1970, the recorder from its first message."""
+    used = [stream_of(streams, s, mapping, file) for s in mapping.signals if (s.time or mapping.time) == "header"]
+    apart = [np.median(s.header - s.receive) for s in used if s.header is not None and len(s.receive)]
+    bare = {id(s) for s in used if s.header is None and not (s.si and "t" in s.fields)}
+    if not apart or not bare or not np.isfinite(shift := float(np.median(apart))):
+        return streams
+    for topic in dict.fromkeys(s.topic for s in used if id(s) in bare):
+        findings.add(
+            "log.no_header", file, None, topic, "its messages have no header: the recorder's clock is taken, moved by "
+            f"the {shift:.6g} s between the two clocks of the other topics", severity="warning",
+        )  # fmt: skip
+    return [dataclasses.replace(s, receive=s.receive + shift) if id(s) in bare else s for s in streams]
 
 
 def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[str]:
@@ -315,7 +336,10 @@ def _values(
         if unit is None or (known is not None and per.get(unit.si, unit.si) != known.unit):
             text = f"{mapping.file or file}: {signal.name}: unit {signal.unit!r}, allowed: a unit of {signal.name}"
             raise LogError(f"{text} behind `{way[0]}`", "log.unit_mismatch")
-        raw = unit.scale * combined(way[0], _stamps(stream, signal, mapping), fields)
+        fields = [unit.scale * values for values in fields]
+        if unit.si == "rad" and way[0] == "rate of":
+            fields = [_unwrapped(values) for values in fields]
+        raw = combined(way[0], _stamps(stream, signal, mapping), fields)
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
         if signal.unit in _FIXES:
@@ -357,6 +381,9 @@ def _converted(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: Mapp
 def _metres(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:
     """East or north of the origin [m]: radii of curvature of the WGS 84 ellipsoid there; good to 1 cm within 2 km."""
     fixes = raw[np.isfinite(raw)]
+    if not len(fixes):
+        text = f"{mapping.file or stream.topic}: {signal.name}: field {signal.field!r} holds no value"
+        raise LogError(text, "log.empty_column")
     e2 = FLATTENING * (2.0 - FLATTENING)
     if _FIXES[signal.unit] == LATITUDE:
         origin = mapping.origin[0] if mapping.origin else float(fixes[0])
@@ -380,7 +407,8 @@ def _first_latitude(stream: Stream, mapping: MappingFile) -> float:
     for signal in mapping.signals:
         if _FIXES.get(signal.unit) == LATITUDE and signal.field in stream.fields:
             values = in_degrees(stream.fields[signal.field], signal.unit)
-            return float(values[np.isfinite(values)][0])
+            if np.isfinite(values).any():
+                return float(values[np.isfinite(values)][0])
     raise LogError(
         f"{mapping.file}: a longitude needs a latitude of the same topic, or origin = [lat, lon]", "log.bad_mapping"
     )
@@ -406,8 +434,9 @@ def _check_stamps(t: FloatArray, stream: Stream, file: str, findings: Findings) 
 
 
 def _first_of_equal(t: FloatArray) -> Any:
-    _, first = np.unique(np.round(t / STAMP).astype(np.int64), return_index=True)
-    return first
+    known = np.flatnonzero(np.isfinite(t))
+    _, first = np.unique(np.round(t[known] / STAMP).astype(np.int64), return_index=True)
+    return known[first]
 
 
 def _held(column: FloatArray) -> FloatArray:

@@ -17,6 +17,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.obeyed_commands import obeyed_command
 from pytest_dvp.logs.signals import SIGNALS
+from vehicle.model.command_inputs import MEASURED as MEASURED_INPUTS
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
@@ -156,7 +157,8 @@ class LogSubject:
 
 
 def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
-    """A command of the log at each stamp (n,) in its SI unit, held where it was not logged.
+    """A command of the log at each stamp (n,) in its SI unit, held where it was not logged; of what is measured in
+    place of a command, the straight line between its samples.
 
     `who` is driven by it, `called` names the log in the error. Of a run with a command gate before the car it is what
     the gate let out: its limits are not the car's. Raises CompareError if the log does not have the command.
@@ -167,6 +169,8 @@ def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") ->
     known = np.isfinite(values)
     if known.all():
         return values
+    if name in MEASURED_INPUTS:
+        return np.asarray(np.interp(log.t, log.t[known], values[known]))
     last = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
     return np.asarray(values[np.where(last < 0, int(np.argmax(known)), last)])
 

@@ -137,8 +137,10 @@ class _Gathered:
 def _streams(
     data: Mapped, counted: Scan, path: Path, findings: Findings, msg_dirs: Sequence[Path], account: Account
 ) -> list[Stream]:
-    """A stream for each topic whose messages can be decoded; others are told."""
+    """A stream for each topic whose messages can be decoded; others are told. A topic that was written by several
+    channels, as after a restart of the recorder, is one."""
     gathered: dict[int, _Gathered] = {}
+    first_of: dict[tuple[str, str, str], _Gathered] = {}
     decoder: Any = None
     for identity, count in counted.counts.items():
         channel = counted.channels.get(identity)
@@ -160,20 +162,24 @@ def _streams(
                 "log.encoding_unknown", str(path), None, channel.topic, text, allowed=known, severity="warning"
             )
 
+    for identity, one in gathered.items():
+        alike = (one.channel.topic, one.channel.encoding, one.channel.schema.name)
+        gathered[identity] = first_of.setdefault(alike, one)
+
     def take(identity: int, message: Message) -> None:
         if (one := gathered.get(identity)) is not None:
             one.take(message)
 
     if gathered:
         scan_mcap(data, str(path), Findings(), Scan(account, take))
-    for one in gathered.values():
+    for one in first_of.values():
         if one.too_long:
             findings.add(
                 "log.message_too_long", str(path), None, one.channel.topic,
                 f"{one.too_long} JSON messages are left out: pictures or point clouds, not signals",
                 allowed=f"up to {shown_size(LONGEST)} each", severity="warning",
             )  # fmt: skip
-    streams = [one.stream(counted.first) for one in gathered.values() if one.came]
+    streams = [one.stream(counted.first) for one in first_of.values() if one.came]
     if not streams:
         raise LogError(f"{path}: no topic with messages that can be read", "log.foreign")
     return streams

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from gap_logs import NOISE, baseline, drive
 
-from pytest_dvp.gap.compare.compared_model import CompareError
+from pytest_dvp.gap.compare.compared_model import CompareError, command_at_stamps
 from pytest_dvp.gap.diagnose import all_cores
 from pytest_dvp.gap.diagnose.all_cores import cores
 from pytest_dvp.gap.diagnose.diagnose import diagnose
@@ -293,3 +293,11 @@ def test_a_right_model_is_right_whatever_tells_the_motion(without: tuple[str, ..
 def test_a_log_that_tells_no_speed_is_refused() -> None:
     with pytest.raises(CompareError, match="log: no speed for a model to start with"):
         diagnose({"log": on_a_circuit("v", "x", "y")}, baseline())
+
+
+def test_a_measured_input_of_a_lower_rate_runs_straight_between_its_samples() -> None:
+    t = 0.02 * np.arange(6)
+    steer = np.array([0.1, np.nan, np.nan, 0.4, np.nan, np.nan])
+    log = Log({"t": t, "steer": steer, "steer_cmd": steer})
+    assert command_at_stamps(log, "steer", "it") == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.4, 0.4])
+    assert command_at_stamps(log, "steer_cmd", "it") == pytest.approx([0.1, 0.1, 0.1, 0.4, 0.4, 0.4])

@@ -107,3 +107,10 @@ def test_a_drift_that_is_stated_is_told_once() -> None:
     found = codes(stated(drifting(drive(120.0, noise=0.2), 0.6), 0.3))
     assert "log.lost_fix" in found
     assert "log.position_drift" not in found
+
+
+def test_a_deviation_that_is_stated_seldom_holds_until_the_next() -> None:
+    columns = stated(drive(), 0.5)
+    t = columns["t"]
+    seldom = np.where(np.isclose(t % 1.0, 0.0, atol=1e-6), columns["position_sigma"], np.nan)
+    assert lost_for(Log({**columns, "position_sigma": seldom})) == pytest.approx(10.0, abs=0.1)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from drives import drive, write_csv
+from mcap.writer import Writer
 from mcaps import states, write_json
 
 from pytest_dvp.cli.command_line import main
@@ -97,3 +99,52 @@ def test_a_mapping_for_a_log_of_ours_is_told_to_be_idle(tmp_path: Path) -> None:
     Log({"t": t, "v": 5 + np.sin(t)}).save(tmp_path / "log.mcap")
     log = read_log(tmp_path / "log.mcap", mapping=mapping(tmp_path, WHEEL))
     assert [finding["code"] for finding in log.meta["import"]["findings"]] == ["log.mapping_unused"]
+
+
+def test_a_topic_without_header_is_put_on_the_clock_of_the_headers(tmp_path: Path) -> None:
+    """Headers count from 1970, the recorder from its first message."""
+    rows = [(0.1 * k, {"header": {"stamp": {"sec": 1_700_000_000 + k // 10, "nanosec": k % 10 * 100_000_000}},
+                       "v": float(k)}) for k in range(100)]  # fmt: skip
+    bare = [(0.1 * k, {"w": float(k)}) for k in range(100)]
+    file = write_json(tmp_path / "a.mcap", {"/a": rows, "/b": bare})
+    entries = ('[[signal]]\nname = "v"\ntopic = "/a"\nfield = "v"\nunit = "m/s"\n'
+               '[[signal]]\nname = "yaw_rate"\ntopic = "/b"\nfield = "w"\nunit = "rad/s"\n')  # fmt: skip
+    log = read_log(file, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "header"\n' + entries))
+    assert log.duration == pytest.approx(9.9)
+    assert log["v"] == pytest.approx(log["yaw_rate"])
+
+
+def test_a_rate_of_an_angle_has_its_sign(tmp_path: Path) -> None:
+    t = np.arange(0.0, 20.0, 0.02)
+    heading = np.angle(np.exp(-0.3j * t))  # to the right, past pi
+    file = write_csv(tmp_path / "a.csv", {"t [s]": t, "heading [rad]": heading}, lambda name: name)
+    entry = '[[signal]]\nname = "yaw_rate"\nfield = "heading"\nunit = "rate of rad"\n'
+    rate = read_log(file, mapping=mapping(tmp_path, "[log]\nonly = true\n" + entry))["yaw_rate"]
+    assert rate[np.isfinite(rate)] == pytest.approx(-0.3)
+
+
+def test_rows_without_a_time_are_left_out(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("t [s],speed [m/s]\n0,1\n,2\n0.1,3\n0.2,4\n", encoding="utf-8")
+    entry = '[[signal]]\nname = "v"\nfield = "speed"\nunit = "m/s"\n'
+    log = read_log(file, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "t"\n' + entry))
+    assert log.t.tolist() == pytest.approx([0.0, 0.1, 0.2])
+    assert log["v"].tolist() == [1.0, 3.0, 4.0]
+
+
+def test_a_topic_of_two_channels_is_one(tmp_path: Path) -> None:
+    """As a recorder writes that was started again."""
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        kind = writer.register_schema("their.State", "jsonschema", b"{}")
+        for first in (0, 50):
+            channel = writer.register_channel("/a", "json", kind, metadata={"from": str(first)})
+            for k in range(first, first + 50):
+                message = json.dumps({"speed": float(k)}).encode()
+                writer.add_message(channel, k * 20_000_000, message, k * 20_000_000)
+        writer.finish()
+    entry = '[[signal]]\nname = "v"\ntopic = "/a"\nfield = "speed"\nunit = "m/s"\n'
+    log = read_log(path, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "receive"\n' + entry))
+    assert log["v"].tolist() == list(range(100))

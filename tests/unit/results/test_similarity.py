@@ -117,3 +117,10 @@ def test_rows_at_which_a_signal_was_not_measured_are_left_out_and_two_are_needed
     for last in (0.0, -1.0):  # one value, or none
         few = log_of(40.0, columns={"v": np.where(last >= T, bump(T, 15.0), np.nan)})
         assert compute("mncc", whole, few, signal="v").reason == "v was not measured"
+
+
+def test_a_way_is_like_itself_wherever_on_the_map_it_lies() -> None:
+    """A lane change of 3.5 m, 5800 km north of the equator as UTM counts."""
+    way = 3.5 * np.clip((T - 10.0) / 5.0, 0.0, 1.0)
+    for north in (0.0, 5.8e6):
+        assert likeness(north + way, north + way, 0.01).mncc == pytest.approx(1.0, abs=1e-6)
