@@ -113,7 +113,8 @@ class Objective:
             if len(known) < len(costs):
                 broken.append(f"{term.metric} undefined")
                 excess += float(len(costs) - len(known))
-            parts[term.metric] = sum(known) / len(known) if known else 0.0
+            cost = sum(known) / len(known) if known else 0.0
+            parts[term.metric] = parts.get(term.metric, 0.0) + cost
         total = sum(parts.values())
         return Score(FORBIDDEN + 1e3 * excess + total if broken else total, parts, tuple(broken))
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log
 
 RATE = 50.0  # Hz; commands change at multiples of 10 ms, so between two samples their mean holds, not the first
-COMMANDS = {"steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "gate.steer_cmd", "gate.accel_cmd"}
+COMMANDS = {"steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd"}  # as asked for, and below gate., arrived.
 LEAST_GAIN = 0.002  # of the error: effects that explain less are not worth a twin that knows them
 
 
@@ -121,6 +121,6 @@ def thinned(path: Path) -> Log:
     columns = {name: values[::step].copy() for name, values in log.columns.items()}
     starts = np.arange(0, len(log.t), step)
     counts = np.diff(np.append(starts, len(log.t)))
-    for name in COMMANDS & set(columns):
+    for name in [name for name in columns if name.rpartition(".")[2] in COMMANDS]:
         columns[name] = np.add.reduceat(log.columns[name], starts) / counts
     return dataclasses.replace(log, columns=columns)

@@ -149,9 +149,11 @@ def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[f
 
 def _known(log: Log, name: str) -> FloatArray:
     values = log.columns[name]
-    if name == "yaw":
-        values = np.unwrap(np.where(np.isfinite(values), values, 0.0))
-    return np.where(np.isfinite(values), values, 0.0)
+    known = np.isfinite(values)
+    if not known.any():
+        return np.zeros(len(values))
+    seen = np.unwrap(values[known]) if name == "yaw" else values[known]
+    return np.asarray(np.interp(log.t, log.t[known], seen))
 
 
 def _hidden(

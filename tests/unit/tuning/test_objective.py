@@ -34,6 +34,11 @@ def test_a_score_is_the_weighted_mean_over_simulations() -> None:
     assert score.value == 4.5
 
 
+def test_two_terms_of_one_metric_both_count() -> None:
+    objective = Objective("performance", (Term("max_jerk", 1.0), Term("max_jerk", 0.1, target=5.0)))
+    assert objective.score([{"max_jerk": 4.0}]).value == pytest.approx(4.0 + 10.0)
+
+
 def test_a_twin_within_the_noise_is_not_tuned_towards_it() -> None:
     """chi^2/N is 1 for a true twin; 0.4 (log10 -0.4) is not worse than 1 and not better."""
     term = next(term for term in ALIGNMENT.terms if term.metric == "log10.chi2_per_n")

@@ -24,7 +24,7 @@ from vehicle.model.step_maths import lag_end
         Key("kp_brake", "-", 0.0, 2.0, neutral=0.0, least=0.02, minimum=0.0, meaning="kp while a_c <= 0"),
         Key("ki_brake", "1/s", 0.0, 1.0, neutral=0.0, least=0.005, minimum=0.0, meaning="ki while a_c <= 0"),
     ),
-    memory=(Memory("v", start="vx"), Memory("a"), Memory("sum")),
+    memory=(Memory("v", start="vx"), Memory("a"), Memory("sum"), Memory("dt")),
     ties=("drive_gain", "brake_gain"),
     reveals="acceleration steps uphill and downhill",
     shown_by=ShownBy(50, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
@@ -32,10 +32,11 @@ from vehicle.model.step_maths import lag_end
 )
 def accel_controller(x: Bus, p: Any, m: Any) -> None:
     if x.settle > 0.0:
-        m.v, m.a = x.vx, x.accel
+        m.v, m.a, m.dt = x.vx, x.accel, 0.0
         return
-    m.a = lag_end(m.a, (x.vx - m.v) / x.dt, 0.05, x.dt)
-    m.v = x.vx
+    if m.dt > 0.0 and x.moved <= 0.0:  # a replay that puts the car elsewhere accelerates nothing
+        m.a = lag_end(m.a, (x.vx - m.v) / m.dt, 0.05, m.dt)
+    m.v, m.dt = x.vx, x.dt
     wanted = x.accel
     if wanted <= 0.0 and x.vx <= 0.0:  # standing: nothing to correct
         m.sum = 0.0

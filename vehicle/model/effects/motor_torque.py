@@ -41,4 +41,6 @@ def motor_torque(x: Bus, p: Any, m: Any) -> None:
     elif speed > p.corner_speed:
         share = (speed - p.corner_speed) / (p.rated_speed - p.corner_speed)
         most += share * (min(p.power / p.rated_speed, most) - most)
-    x.traction = min(x.traction, most * ratio)
+    if x.traction > most * ratio:
+        x.traction = most * ratio
+        x.accel_lead = 0.0
