@@ -232,7 +232,9 @@ def _same_test(folder: Path, stage: str, request: Request, rehearsed: Log) -> bo
         meta = Log.load(folder).meta
     except (OSError, ValueError):
         return False
-    same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256"))
+    same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256", "reading"))
+    same = same and meta.get("vehicle", {}).get("name") == request.spec.vehicle
+    same = same and meta.get("ego", {}).get("name") == rehearsed.meta.get("ego", {}).get("name")
     same = same and (request.ads is None or meta.get("ads") == request.ads.name)
     return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
 

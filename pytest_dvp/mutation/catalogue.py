@@ -35,8 +35,16 @@ def _between(first: int, last: int, sees: Seen) -> Seen:
     return lambda observation, memory: sees(observation, memory) if first <= memory.tick < last else observation
 
 
-def _every(n: int, sees: Seen) -> Seen:
-    return lambda observation, memory: sees(observation, memory) if memory.tick % n == n - 1 else observation
+def _every(n: int, field: str, sees: Seen) -> Seen:
+    """A change of each n-th message of a field, which not every tick has one of."""
+
+    def seen(observation: Observation, memory: Memory) -> Observation:
+        if not getattr(observation, field):
+            return observation
+        memory.messages += 1
+        return sees(observation, memory) if memory.messages % n == 0 else observation
+
+    return seen
 
 
 def _old(field: str, ticks: int) -> Seen:
@@ -50,10 +58,10 @@ def _old(field: str, ticks: int) -> Seen:
 
 
 def _frozen(field: str) -> Seen:
-    """A field that stays as it was 5 s after the start."""
+    """A field that stays as it was 5 s after the start: its last message comes again and again."""
 
     def sees(observation: Observation, memory: Memory) -> Observation:
-        if memory.tick < INSTANT[0]:
+        if memory.tick < INSTANT[0] or not getattr(observation, field):
             return observation
         memory.kept.setdefault(field, getattr(observation, field))
         return replace(observation, **{field: memory.kept[field]})
@@ -251,7 +259,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("lidar_offset_half_m_left", "observation", sees=_points(lambda p: _moved(p, 0.0, 0.5)), asks=_OTHERS),
     Fault("lidar_ghost_12s", "observation", sees=_between(*WHILE, _points(_ghost))),
     Fault("lidar_late_200ms", "observation", sees=_old("lidar", 4), asks=_OTHERS),
-    Fault("lidar_every_second", "observation", sees=_every(2, _lost("lidar")), asks=_OTHERS),
+    Fault("lidar_every_second", "observation", sees=_every(2, "lidar", _lost("lidar")), asks=_OTHERS),
     Fault("camera_lost", "observation", sees=_lost("camera"), asks=_OTHERS),
     Fault("camera_wrong_class", "observation", sees=_boxes(lambda b: replace(b, kind="misc")), asks=_OTHERS),
     Fault("camera_no_pedestrians", "observation",

@@ -18,12 +18,13 @@ Sent: TypeAlias = Callable[[Command, "Memory"], Command]
 @dataclasses.dataclass
 class Memory:
     """What a fault keeps from tick to tick: messages seen, commands sent (the last 64), how many ticks there were, and
-    fields that are frozen."""
+    fields that are frozen; messages: how many of the field that a fault counts."""
 
     observations: deque[Observation] = dataclasses.field(default_factory=lambda: deque(maxlen=64))
     commands: deque[Command] = dataclasses.field(default_factory=lambda: deque(maxlen=64))
     tick: int = 0
     kept: dict[str, object] = dataclasses.field(default_factory=dict)
+    messages: int = 0
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_dvp.mutation.mutate import Proposal
+from pytest_dvp.verdicts.judging import default_gates
 from reports.whole_file import write_whole
 
 
@@ -17,15 +18,23 @@ def write_gates(proposals: Sequence[Proposal]) -> list[Path]:
         lines = files.setdefault(file, [])
         rate = sum(p.false_alarm_rate for p in bounds)  # each side may be broken by itself
         why = f"# proposed by dvp mutate; false alarms: {rate:.2g} a run at most"
-        lines += ["", f"[[gate]]                                    {why}", f'metric = "{metric}"']
+        lines += ["", f"[[gate]]                                    {why}", f'metric = "{metric}"', 'stages = ["dt"]']
         lines += [f"min = {p.min:.6g}" for p in bounds if p.min is not None]
         lines += [f"max = {p.max:.6g}" for p in bounds if p.max is not None]
     for file, lines in files.items():
-        old = (
-            file.read_text("utf-8") if file.exists() else f"# Bounds of {file.name.removesuffix('.gates.toml')}.xosc.\n"
-        )
+        old = file.read_text("utf-8") if file.exists() else _begun(file)
         write_whole(file, (old.rstrip("\n") + "\n" + "\n".join(lines) + "\n").encode())
     return list(files)
+
+
+def _begun(file: Path) -> str:
+    """What a new file begins with: the gates that hold where there is none, for a file takes their place."""
+    lines = [f"# Bounds of {file.name.removesuffix('.gates.toml')}.xosc.", ""]
+    for gate in default_gates().gates:
+        lines += ["[[gate]]", f'metric = "{gate.metric}"']
+        lines += [f"{side} = {bound:g}" for side, bound in (("min", gate.min), ("max", gate.max)) if bound is not None]
+        lines.append("")
+    return "\n".join(lines)
 
 
 def _tightest(proposals: Sequence[Proposal]) -> dict[tuple[str, str], list[Proposal]]:

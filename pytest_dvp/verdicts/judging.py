@@ -208,11 +208,12 @@ def never_fired(gates: GateFile | Sequence[Gate], log: Log) -> tuple[str, ...]:
 def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:
     """The gates of one log that apply to it; the default ones where all that are given are across stages."""
     given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
-    chosen = [gate for gate in given if gate.between is None]
-    if given and all(gate.only_with is not None for gate in chosen):  # clean bounds only add to the gates of a stage
-        chosen += default_gates().gates
     stage = str(log.meta.get("stage", "dt")).split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
-    return [gate for gate in chosen if stage in gate.stages and applies(gate, log)]
+    alone = [gate for gate in given if gate.between is None]
+    here = [gate for gate in alone if stage in gate.stages and applies(gate, log)]
+    if given and all(gate.only_with is not None for gate in alone):
+        return [*here, *default_gates().gates]
+    return here if any(gate.only_with is None for gate in here) else []  # clean bounds only add to the gates of a stage
 
 
 def _storyboard(missed: Sequence[str], log: Log) -> list[Verdict]:

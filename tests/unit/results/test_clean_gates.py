@@ -110,3 +110,11 @@ def test_clean_bounds_leave_the_gates_that_every_drive_has() -> None:
     plain = [verdict.metric for verdict in judge([between], log)]
     assert plain == ["collision", "road_departure", "scenario_ended"]
     assert {verdict.metric: verdict.status for verdict in judge([between, clean], log)}["road_departure"] == "FAIL"
+
+
+def test_clean_bounds_alone_pass_no_stage() -> None:
+    elsewhere = Gate("collision", max=0.0, stages=("rw",))
+    clean = Gate("localization_error", max=9.0, only_with="ads.position_sigma")
+    log = log_of(columns={"ads.x": 0.0, "ads.y": 0.0, "ads.position_sigma": 0.1})
+    (verdict,) = judge([elsewhere, clean], log)
+    assert (verdict.status, verdict.short) == ("INCONCLUSIVE", "no gate applies to stage dt: nothing was judged")

@@ -107,6 +107,7 @@ def test_speed_excess_is_signed() -> None:
     log = log_of(columns={"v": 7.5, "speed_limit": limit})
     assert (compute("speed_excess", log).value, compute("speed_excess", log).t) == (1.5, pytest.approx(5.0))
     assert compute("speed_excess", log_of(columns={"v": 5.0, "speed_limit": 10.0})).value == -5.0
+    assert compute("speed_excess", log_of(columns={"v": -20.0, "speed_limit": 5.0})).value == 15.0  # backwards
     assert not compute("speed_excess", log_of(columns={"speed_limit": np.nan})).valid
     assert not compute("speed_excess", log_of()).valid
 

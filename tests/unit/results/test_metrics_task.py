@@ -29,6 +29,9 @@ def test_completion_without_start_zone_counts_from_the_first_sample() -> None:
 
 def test_completion_is_undefined_without_goal() -> None:
     assert compute("completion_time", drive_straight(5.0)).reason == "the goal was never reached"
+    events = (LogEvent(2.0, "goal", "Ego"), LogEvent(5.0, "start", "Ego"), LogEvent(8.5, "goal", "Ego"))
+    assert compute("completion_time", drive_straight(5.0, events=events)).value == 3.5  # of what began at the start
+    assert not compute("completion_time", drive_straight(5.0, events=events[:2])).valid
 
 
 def test_completion_without_goal_says_how_far_away_the_ego_ended() -> None:

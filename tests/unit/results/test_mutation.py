@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -18,6 +19,7 @@ from pytest_dvp.mutation.fault import Fault, Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
 from pytest_dvp.mutation.mutate import Envelope, Proposal, envelopes_of, judge_fault
+from pytest_dvp.verdicts.judging import read_gates
 from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
 
 STACK = '''
@@ -302,6 +304,20 @@ def test_of_two_proposals_the_tighter_one_is_written(tmp_path: Path) -> None:
     assert "max = 2.5" in text
     assert "max = 3" not in text
     assert "min = 10" in text
+    gates = read_gates(file).gates  # a new file takes the place of the gates that hold without one
+    assert [gate.metric for gate in gates[:3]] == ["collision", "road_departure", "scenario_ended"]
+    assert {gate.stages for gate in gates[3:]} == {("dt",)}
+
+
+def test_every_second_message_is_one_of_those_that_came() -> None:
+    """A LiDAR of 10 Hz has a scan in every second tick of 20 Hz."""
+    fault, memory, seen = next(f for f in FAULTS if f.name == "lidar_every_second"), Memory(), []
+    assert fault.sees is not None
+    for tick in range(20):
+        memory.tick = tick
+        scan = LidarScan(0.05 * tick, np.zeros((1, 3))) if tick % 2 else None
+        seen.append(fault.sees(msgspec.structs.replace(observation(tick), lidar=scan), memory).lidar is not None)
+    assert [tick for tick, there in enumerate(seen) if there] == [1, 5, 9, 13, 17]
 
 
 def test_what_else_a_stack_offers_stays_its_own() -> None:
