@@ -134,7 +134,9 @@ def moved(road: Road, offset: tuple[float, float, float, float]) -> Road:
         x, y = item.x + dx, item.y + dy
         place = {"x": c * x - sn * y, "y": sn * x + c * y, "hdg": item.hdg + turn}
         geometries.append(msgspec.structs.replace(item, **place))
-    elevations = road.elevations or (Cubic(0.0, 0.0, 0.0, 0.0, 0.0),)
+    elevations = road.elevations
+    if not elevations or elevations[0].s > 0.0:  # before the first record the road lies at 0
+        elevations = (Cubic(0.0, 0.0, 0.0, 0.0, 0.0), *elevations)
     raised = tuple(msgspec.structs.replace(item, a=item.a + dz) for item in elevations)
     return msgspec.structs.replace(road, geometries=tuple(geometries), elevations=raised)
 

@@ -120,7 +120,7 @@ def lane_height(tables: Tables, row: int, s: float, share: float) -> float:
     """Height [m] of a lane (a kerb, say) above the road; share 0 at its inner, 1 at its outer edge."""
     cubics, lanes = tables[1], tables[6]
     first, last = lanes[row, LANE_HEIGHT], lanes[row, LANE_HEIGHT_END]
-    if last <= first:
+    if last <= first or s < cubics[first, 0]:  # before the first record a lane is as high as the road
         return 0.0
     record = record_at(cubics, first, last, s)
     return float((1.0 - share) * cubics[record, 1] + share * cubics[record, 2])

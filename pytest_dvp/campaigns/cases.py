@@ -85,7 +85,8 @@ def excluded_by(scenario: Path, values: Mapping[str, str]) -> str:
     from openscenario.read import read_declarations
 
     try:
-        read_declarations(scenario, values)
+        declared = {each.name for each in read_declarations(scenario)}
+        read_declarations(scenario, {name: value for name, value in values.items() if name in declared})
     except ScenarioError as error:
         return outside(error)
     return ""

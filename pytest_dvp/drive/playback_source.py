@@ -68,7 +68,8 @@ def _of_columns(name: str, log: Log, car: VehicleDescription) -> Recording:
 
     nothing = np.zeros(len(grid))
     x, y, v = (on_grid(key, nothing) for key in ("x", "y", "v"))
-    yaw = np.interp(grid, t, np.unwrap(given["yaw"]))
+    turned = np.isfinite(given["yaw"])
+    yaw = np.interp(grid, t[turned], np.unwrap(given["yaw"][turned]))
     rate = on_grid("yaw_rate", np.gradient(yaw, STEP) if len(grid) > 1 else nothing)
     moving = np.where(np.abs(v) > STANDING, v, np.inf)
     steer = on_grid("steer", np.arctan(car.wheelbase * rate / moving))

@@ -66,6 +66,7 @@ class Weather:
         self._since = 0.0
         self._sun: model.Sun | None = None
         self._cover = 0.0
+        self._fog = self._rain = 0.0
         self.extinction = 0.0
         self.wind = (0.0, 0.0)
         self.light: Light | None = None
@@ -93,13 +94,16 @@ class Weather:
         weather = environment.weather
         if weather is not None:
             fog, rain, wind = weather.fog, weather.precipitation, weather.wind
-            self.extinction = 0.0 if fog is None else extinction_of_fog(fog.visual_range)
+            if fog is not None:
+                self._fog = extinction_of_fog(fog.visual_range)
             if rain is not None and rain.precipitation_intensity is not None:
-                self.extinction += extinction_of_precipitation(rain.precipitation_type, rain.precipitation_intensity)
-            towards = (0.0, 0.0) if wind is None else (math.cos(wind.direction), math.sin(wind.direction))
-            speed = 0.0 if wind is None else wind.speed
-            self.wind = (speed * towards[0], speed * towards[1])
-            self._sun, self._cover = weather.sun, _cover(weather)
+                self._rain = extinction_of_precipitation(rain.precipitation_type, rain.precipitation_intensity)
+            self.extinction = self._fog + self._rain
+            if wind is not None:
+                self.wind = (wind.speed * math.cos(wind.direction), wind.speed * math.sin(wind.direction))
+            self._sun = weather.sun or self._sun
+            if weather.fractional_cloud_cover is not None or weather.cloud_state is not None:
+                self._cover = _cover(weather)
         self._shine(t)
         return True
 

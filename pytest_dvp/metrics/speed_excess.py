@@ -19,7 +19,7 @@ def speed_excess(log: Log) -> Measured:
     limit = log.columns.get("speed_limit")
     if limit is None:
         raise Undefined("the log does not tell the speed limit (speed_limit)")
-    over = log["v"] - limit
+    over = np.abs(log["v"]) - limit
     known = np.isfinite(over)
     if not known.any():
         raise Undefined("the road states no speed limit where the ego drove")

@@ -38,11 +38,12 @@ def completion_time(log: Log) -> Measured:
 
     Source: Arango et al., Sensors 2026, 26, 1338. Undefined if the goal was never reached.
     """
-    goal = first_time(log, "goal")
-    if goal is None:
-        raise Undefined(f"the goal was never reached{_away(log)}")
     start = first_time(log, "start")
-    return Measured(goal - (float(log.t[0]) if start is None else start), goal)
+    since = float(log.t[0]) if start is None else start
+    goals = [event.t for event in log.events if event.kind == "goal" and event.t >= since]
+    if not goals:
+        raise Undefined(f"the goal was never reached{_away(log)}")
+    return Measured(min(goals) - since, min(goals))
 
 
 def _away(log: Log) -> str:

@@ -11,7 +11,7 @@ def asked_stage(stage: str, config: pytest.Config) -> bool:
     """Whether `-m`, `-k` or a node id names a stage: what takes a car, if only a surrogate, is not run unasked."""
     words = f"{config.option.markexpr} {config.option.keyword}"
     named = any(f"::{stage}" in argument for argument in config.args)
-    return named or re.search(rf"\b{stage}\b", words) is not None
+    return named or re.search(rf"(?<!\bnot )\b{stage}\b", words) is not None
 
 
 def explicit_arguments(config: pytest.Config) -> bool:

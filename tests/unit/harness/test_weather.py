@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openscenario.model import Environment, Fog, Precipitation, RoadCondition, Sun, TimeOfDay
+from openscenario.model import Environment, Fog, Precipitation, RoadCondition, Sun, TimeOfDay, Wind
 from openscenario.model import Weather as Air
 from openscenario.model.kinds import At
 from pytest_dvp import run
@@ -104,7 +104,13 @@ def test_rain_alone_does_not_make_the_road_slippery_and_parts_that_are_left_out_
     assert weather.friction == pytest.approx(0.4)
     assert weather.extinction == pytest.approx(extinction_of_precipitation("rain", 20.0))
     weather.look(environment(road_condition=road(1.0), weather=Air(at=AT)))
-    assert (weather.friction, weather.extinction) == (None, 0.0)
+    assert (weather.friction, weather.extinction) == (None, extinction_of_precipitation("rain", 20.0))
+    none = Precipitation(precipitation_type="dry", precipitation_intensity=0.0, at=AT)
+    fog = Fog(visual_range=60.0, at=AT)
+    weather.look(environment(weather=Air(fog=fog, precipitation=none, at=AT)))
+    assert weather.extinction == pytest.approx(extinction_of_fog(60.0))
+    weather.look(environment(weather=Air(wind=Wind(speed=3.0, direction=0.0, at=AT), at=AT)))
+    assert (weather.extinction, weather.wind) == (pytest.approx(extinction_of_fog(60.0)), (3.0, 0.0))
 
 
 def test_fog_and_rain_add_up() -> None:

@@ -30,7 +30,10 @@ THERE = Place(5.0, 6.0, 7.0, 0.5)
 class Board:
     def __init__(self, *entities: Any, **more: Any) -> None:
         self.entities = {entity.name: entity for entity in entities}
-        self.running, self.time, self.network = True, 1.5, object()
+        self.running, self.time = True, 1.5
+        self.network = SimpleNamespace(
+            signals=[SimpleNamespace(id="7", name="north"), SimpleNamespace(id="8", name="7")]
+        )
         self.warned: list[tuple[str, str]] = []
         self.put: list[tuple[Any, Any]] = []
         self.ground: Any = SimpleNamespace(set_place=lambda entity, where: self.put.append((entity, where)),
@@ -180,6 +183,10 @@ def test_lights_and_monitors_are_set_when_the_action_begins() -> None:
     assert board.world.signals == {}
     action.start()
     assert board.world.signals == {"1": "red"}
+    for called, light in (("north", "7"), ("7", "7")):  # by its name; an id comes before a name
+        board.world.signals.clear()
+        signal_state(SimpleNamespace(name=called, state="green"), None, board).start()  # type: ignore[arg-type]
+        assert board.world.signals == {light: "green"}
     monitor(SimpleNamespace(monitor_ref="a", value=False), None, board).start()  # type: ignore[arg-type]
     assert board.world.monitors == {"a": False, "b": True}
 
