@@ -292,7 +292,7 @@ def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArr
     choice = signal.time or mapping.time
     header = stream.header
     if choice in stream.fields:
-        unit = find_unit(mapping.time_unit or stream.units.get(choice, "s"))
+        unit = find_unit(stream.units.get(choice) or mapping.time_unit or "s")
         t = stream.fields[choice] * (unit.scale if unit is not None and unit.si == "s" else 1.0)
     elif choice == "header" and header is not None:
         t = header

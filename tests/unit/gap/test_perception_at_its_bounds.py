@@ -199,12 +199,13 @@ def test_a_border_behind_a_single_row_that_was_missed_is_as_likely_as_missing_ev
     assert found[31] == pytest.approx(31 * np.log(0.9999))
 
 
-def test_angles_go_on_beyond_half_a_turn_and_what_is_not_known_is_nought() -> None:
-    log: Any = SimpleNamespace(columns={"yaw": np.array([3.0, -3.0, -2.5, np.nan]), "x": np.array([1.0, np.nan, 12.0])})
-    assert _known(log, "x").tolist() == [1.0, 0.0, 12.0]
-    found = _known(log, "yaw")
-    assert found[:3] == pytest.approx([3.0, 2.0 * np.pi - 3.0, 2.0 * np.pi - 2.5])
-    assert found[3] == pytest.approx(2.0 * np.pi)  # nought, in the turn that was reached
+def test_angles_go_on_beyond_half_a_turn_and_what_is_not_known_lies_between() -> None:
+    yaw, x = np.array([3.0, np.nan, -2.5, np.nan]), np.array([1.0, np.nan, 12.0, np.nan])
+    log: Any = SimpleNamespace(t=np.arange(4.0), columns={"yaw": yaw, "x": x, "y": np.full(4, np.nan)})
+    assert _known(log, "x").tolist() == [1.0, 6.5, 12.0, 12.0]
+    end = 2.0 * np.pi - 2.5
+    assert _known(log, "yaw") == pytest.approx([3.0, 0.5 * (3.0 + end), end, end])
+    assert _known(log, "y").tolist() == [0.0] * 4
 
 
 def test_noise_grows_with_the_distance_of_each_row() -> None:
