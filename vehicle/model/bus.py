@@ -112,6 +112,7 @@ class Bus(Protocol):
     old_x: Annotated[float, "m", "rear axle, before"]
     old_y: Annotated[float, "m", "before"]
     old_yaw: Annotated[float, "rad", "before"]
+    old_vx: Annotated[float, "m/s", "before"]
 
     # Slot sensor: what a log of this car would show
     meas_x: Annotated[float, "m", "shown position"]

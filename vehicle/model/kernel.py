@@ -359,7 +359,7 @@ def _restart(x: Any, state: Any) -> None:
 
     Lateral motion runs on in proportion to speed: the car stays on its curve.
     """
-    x.old_x, x.old_y, x.old_yaw, x.moved = x.x, x.y, x.yaw, 1.0
+    x.old_x, x.old_y, x.old_yaw, x.old_vx, x.moved = x.x, x.y, x.yaw, x.vx, 1.0
     if not math.isnan(state[0]):
         x.x = state[0]
     if not math.isnan(state[1]):

@@ -241,7 +241,7 @@ LASTING: tuple[Remembered, ...] = (
      {"v": 0.0, "a": 0.0, "sum": 0.2, "dt": 0.1},
      {"accel": 3.0}, {"v": 2.0, "a": 3.0, "sum": 0.2}),
     # put elsewhere by a replay nothing was accelerated; after a step of 0.2 s the change counts for that
-    ("accel_controller", LOOP, {"settle": 0.0, "moved": 1.0, "vx": 5.0, "accel": 2.0, "dt": 0.1},
+    ("accel_controller", LOOP, {"settle": 0.0, "moved": 1.0, "old_vx": 2.1, "vx": 5.0, "accel": 2.0, "dt": 0.1},
      {"v": 1.9, "a": 2.0, "sum": 0.0, "dt": 0.1}, {"accel": 2.0}, {"v": 5.0, "a": 2.0, "sum": 0.0}),
     ("accel_controller", LOOP, {"settle": 0.0, "moved": 0.0, "vx": 2.4, "accel": 2.0, "dt": 0.1},
      {"v": 2.0, "a": 2.0, "sum": 0.0, "dt": 0.2}, {"accel": 2.0}, {"v": 2.4, "a": 2.0, "sum": 0.0, "dt": 0.1}),

@@ -34,8 +34,9 @@ def accel_controller(x: Bus, p: Any, m: Any) -> None:
     if x.settle > 0.0:
         m.v, m.a, m.dt = x.vx, x.accel, 0.0
         return
-    if m.dt > 0.0 and x.moved <= 0.0:  # a replay that puts the car elsewhere accelerates nothing
-        m.a = lag_end(m.a, (x.vx - m.v) / m.dt, 0.05, m.dt)
+    if m.dt > 0.0:  # a replay that gives the car another speed accelerates nothing
+        reached = x.old_vx if x.moved > 0.0 else x.vx
+        m.a = lag_end(m.a, (reached - m.v) / m.dt, 0.05, m.dt)
     m.v, m.dt = x.vx, x.dt
     wanted = x.accel
     if wanted <= 0.0 and x.vx <= 0.0:  # standing: nothing to correct
