@@ -14,7 +14,7 @@ from openscenario.storyboard.stride import stride
 if TYPE_CHECKING:
     from openscenario.storyboard.entity import Entity
 
-AT_END = 0.1  # m before it, who is moved from outside is at the end of his road; chosen, more than a good antenna errs
+AT_END = 0.1  # m before the end of its road a vehicle that is moved from outside is at it; chosen, above antenna noise
 BESIDE = 0.05  # m: farther from every road there is open ground
 
 

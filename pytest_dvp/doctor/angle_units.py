@@ -17,6 +17,7 @@ from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, rows_between, slope
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.bus import GRAVITY
 
 DEGREES = 180.0 / math.pi
 HARDEST = 60.0  # m/s^2: no ground vehicle turns harder, not even a racing car
@@ -27,7 +28,6 @@ USUAL_WHEELBASE = 2.7  # m
 FACTOR = 2.5  # two witnesses of one turn may differ by as much for reasons of their own
 COMMAND_FACTOR = 5.0  # wanted and measured steering: beyond that it is no steering ratio that a model could have
 LONGEST = 1.0  # [s] that an actuator or a sensor is late
-G = 9.80665  # m/s^2
 IN_G = 1.5  # times: how well g is known from the ratio of two witnesses; chosen, units of angles are farther away
 UNDECIDED = 0.5  # two explanations nearer than this are both told
 
@@ -53,7 +53,7 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
     step = motion.step * rows_between(motion)
     pairs = _pairs(witnesses, step)
     if _in_g(pairs):  # told elsewhere; the steering is not wrong for it
-        pairs = _pairs({**witnesses, "ay": G * witnesses["ay"]}, step)
+        pairs = _pairs({**witnesses, "ay": GRAVITY * witnesses["ay"]}, step)
     sizes = {name: _high(log, name) for name in _STEERS}
     named = [name for name in _RATES if name in witnesses] + [name for name in _STEERS if sizes[name] > 0.0]
     choices = [_RATE_FACTORS if name in _RATES else _STEER_FACTORS for name in named]
@@ -80,7 +80,7 @@ def _in_g(pairs: list[Pair]) -> bool:
     turns = ("yaw", "yaw_rate", "x, y")
     shares = [pair.ratio if pair.a == "ay" else 1.0 / pair.ratio for pair in pairs
               if "ay" in (pair.a, pair.b) and (pair.a in turns or pair.b in turns)]  # fmt: skip
-    return bool(shares) and all(1.0 / IN_G < share * G < IN_G for share in shares)
+    return bool(shares) and all(1.0 / IN_G < share * GRAVITY < IN_G for share in shares)
 
 
 def _righted(motion: Motion, wrong: dict[str, float]) -> Motion:

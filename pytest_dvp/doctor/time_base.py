@@ -193,20 +193,18 @@ def check_commands(motion: Motion, file: str, findings: Findings) -> None:
     )
     if min(steered, driven) < 0.8 or abs(steering - drive) > 0.06:
         return
+    late = 0.5 * (steering + drive)
     if max(steering, drive) < -OFFSET:
-        findings.add(
-            "log.clock_offset", file, None, "column steer_cmd, accel_cmd",
-            f"steering and drive answer {-0.5 * (steering + drive):.2f} s before their commands, which no car does",
-            hint="the clock of the commands is off, or they were stamped when they were read back: "
-            "look how they are stamped", severity="warning",
-        )  # fmt: skip
-    if min(steering, drive) < 1.5 * OFFSET:
+        when, cause = "before", "no car does that: the clock of the commands is off, or they are stamped when read back"
+    elif min(steering, drive) >= 1.5 * OFFSET:
+        when = "after"
+        cause = "the clock of the commands is off, or both actuators are equally late, the data cannot say which"
+    else:
         return
     findings.add(
         "log.clock_offset", file, None, "column steer_cmd, accel_cmd",
-        f"steering and drive both answer {0.5 * (steering + drive):.2f} s after their commands",
-        hint="the clock of the commands is off, or both actuators are equally late, the data cannot say which: "
-        "look how the commands are stamped", severity="warning",
+        f"steering and drive both answer {abs(late):.2f} s {when} their commands",
+        hint=f"{cause}: look how the commands are stamped", severity="warning",
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -31,8 +32,7 @@ def lost_fix(columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
     if sigma is None or not np.isfinite(sigma).any():
         return np.zeros(len(columns["t"]), dtype=np.bool_)
     limit = max(WORSE * float(np.nanquantile(sigma, _BEST)), FIXED)
-    last = np.maximum.accumulate(np.where(np.isfinite(sigma), np.arange(len(sigma)), 0))
-    return np.asarray(np.nan_to_num(sigma[last], nan=0.0) > limit)
+    return np.asarray(np.nan_to_num(held(sigma), nan=0.0) > limit)
 
 
 def with_fix(columns: Mapping[str, FloatArray], name: str) -> FloatArray:

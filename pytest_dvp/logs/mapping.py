@@ -13,6 +13,7 @@ import numpy as np
 from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
 from pytest_dvp.logs.combined_fields import MARK, combined, way_of
+from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS, describe
@@ -190,7 +191,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         rows = np.searchsorted(stamps, np.round(t / STAMP).astype(np.int64))
         column[rows] = values
         if describe(signal.name).keeps_value:
-            column = _held(column)
+            column = held(column)
         known = SIGNALS.get(signal.name)
         target = known.unit if known is not None else _si(way_of(signal.unit)[1])
         columns.append(RawColumn(Header(f"{signal.topic}:{signal.field}", signal.name, target), column))
@@ -437,13 +438,6 @@ def _first_of_equal(t: FloatArray) -> Any:
     known = np.flatnonzero(np.isfinite(t))
     _, first = np.unique(np.round(t[known] / STAMP).astype(np.int64), return_index=True)
     return known[first]
-
-
-def _held(column: FloatArray) -> FloatArray:
-    """Each value until the next one: what a command means."""
-    known = np.isfinite(column)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(column)), -1))
-    return np.where(last >= 0, column[np.maximum(last, 0)], np.nan)
 
 
 def _move_antenna(columns: list[RawColumn], antenna: tuple[float, float]) -> None:

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics.metric import Measured, Series, metric
@@ -28,7 +28,7 @@ def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
         raise Undefined("the log has no reference line: the task has neither lane nor route")
     if math.isnan(width) and "lane_width" not in log.columns:
         raise Undefined("the log does not tell the width of the lane (lane_width): declare width")
-    half = 0.5 * (_held(log["lane_width"]) if math.isnan(width) else np.full(len(log.t), width))
+    half = 0.5 * (held(log["lane_width"]) if math.isnan(width) else np.full(len(log.t), width))
     length, across, ahead = ego_size(log)
     cos, sin = np.cos(log["yaw"]), np.sin(log["yaw"])
     line = np.ascontiguousarray(log.reference)
@@ -46,9 +46,3 @@ def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
     value = max(float(step[out].sum()), float(np.median(np.diff(log.t)))) if out.any() else 0.0
     extra = {"farthest": float(np.nanmax(over))}
     return Measured(value, None if worst is None else float(log.t[worst]), "", Series(log.t, over), extra)
-
-
-def _held(widths: FloatArray) -> FloatArray:
-    """Widths (n,) of the lane [m], where there is none the last one before."""
-    last = np.maximum.accumulate(np.where(np.isfinite(widths), np.arange(len(widths)), 0))
-    return np.asarray(widths[last])

@@ -206,7 +206,7 @@ def never_fired(gates: GateFile | Sequence[Gate], log: Log) -> tuple[str, ...]:
 
 
 def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:
-    """The gates of one log that apply to it; the default ones where all that are given are across stages."""
+    """The gates of one log that apply to it; the default ones where all others are across stages or clean bounds."""
     given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
     stage = str(log.meta.get("stage", "dt")).split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
     alone = [gate for gate in given if gate.between is None]

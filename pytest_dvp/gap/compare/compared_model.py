@@ -13,6 +13,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, longest_step, posed
 from pytest_dvp.gap.compare.start_correction import BoolArray
+from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.obeyed_commands import obeyed_command
@@ -171,8 +172,8 @@ def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") ->
         return values
     if name in MEASURED_INPUTS:
         return np.asarray(np.interp(log.t, log.t[known], values[known]))
-    last = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
-    return np.asarray(values[np.where(last < 0, int(np.argmax(known)), last)])
+    first = values[np.argmax(known)]  # what was asked for before the first message is not known
+    return np.nan_to_num(held(values), nan=first)
 
 
 def _instead(log: Log, name: str) -> str:
