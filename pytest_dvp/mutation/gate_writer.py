@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_dvp.mutation.mutate import Proposal
-from pytest_dvp.verdicts.judging import default_gates
+from pytest_dvp.verdicts.judging import default_gates, read_gates
 from reports.whole_file import write_whole
 
 
@@ -22,19 +22,24 @@ def write_gates(proposals: Sequence[Proposal]) -> list[Path]:
         lines += [f"min = {p.min:.6g}" for p in bounds if p.min is not None]
         lines += [f"max = {p.max:.6g}" for p in bounds if p.max is not None]
     for file, lines in files.items():
-        old = file.read_text("utf-8") if file.exists() else _begun(file)
+        old = file.read_text("utf-8") if file.exists() else f"# Bounds of {_scenario(file)}.\n"
+        if not file.exists() or not any(g.between is None and g.only_with is None for g in read_gates(file).gates):
+            lines[:0] = _defaults()
         write_whole(file, (old.rstrip("\n") + "\n" + "\n".join(lines) + "\n").encode())
     return list(files)
 
 
-def _begun(file: Path) -> str:
-    """What a new file begins with: the gates that hold where there is none, for a file takes their place."""
-    lines = [f"# Bounds of {file.name.removesuffix('.gates.toml')}.xosc.", ""]
+def _scenario(file: Path) -> str:
+    return f"{file.name.removesuffix('.gates.toml')}.xosc"
+
+
+def _defaults() -> list[str]:
+    """Lines of the gates that hold where a file has none of its own, for those that are added take their place."""
+    lines = []
     for gate in default_gates().gates:
-        lines += ["[[gate]]", f'metric = "{gate.metric}"']
+        lines += ["", "[[gate]]", f'metric = "{gate.metric}"']
         lines += [f"{side} = {bound:g}" for side, bound in (("min", gate.min), ("max", gate.max)) if bound is not None]
-        lines.append("")
-    return "\n".join(lines)
+    return lines
 
 
 def _tightest(proposals: Sequence[Proposal]) -> dict[tuple[str, str], list[Proposal]]:

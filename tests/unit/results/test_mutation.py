@@ -323,3 +323,14 @@ def test_every_second_message_is_one_of_those_that_came() -> None:
 def test_what_else_a_stack_offers_stays_its_own() -> None:
     inner: Any = SimpleNamespace(tick=lambda o: Command(0.0, 0.0, 0.0, 0.0, 0.0), trace={"a": 1.0})
     assert FaultyStack(inner, FAULTS[0]).trace == {"a": 1.0}
+
+
+def test_gates_between_stages_alone_leave_the_default_gates_to_be_written(tmp_path: Path) -> None:
+    file = tmp_path / "a.gates.toml"
+    file.write_text('[[gate]]\nmetric = "lateral_rmse"\nmax = 0.2\nbetween = ["dt", "rw"]\n')
+    write_gates([Proposal(str(tmp_path / "a.xosc"), "max_jerk", None, 2.5, 0.05)])
+    assert [gate.metric for gate in read_gates(file).gates] == [
+        "lateral_rmse", "collision", "road_departure", "scenario_ended", "max_jerk",
+    ]  # fmt: skip
+    write_gates([Proposal(str(tmp_path / "a.xosc"), "max_ttc_inverse", None, 1.0, 0.05)])
+    assert [gate.metric for gate in read_gates(file).gates].count("collision") == 1
