@@ -69,6 +69,8 @@ def _of_columns(name: str, log: Log, car: VehicleDescription) -> Recording:
     nothing = np.zeros(len(grid))
     x, y, v = (on_grid(key, nothing) for key in ("x", "y", "v"))
     turned = np.isfinite(given["yaw"])
+    if not turned.any():
+        raise LogError(f"{name}: a recording needs x, y, yaw and v; its yaw holds no value", "log.no_motion")
     yaw = np.interp(grid, t[turned], np.unwrap(given["yaw"][turned]))
     rate = on_grid("yaw_rate", np.gradient(yaw, STEP) if len(grid) > 1 else nothing)
     moving = np.where(np.abs(v) > STANDING, v, np.inf)

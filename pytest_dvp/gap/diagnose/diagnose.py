@@ -104,8 +104,7 @@ def diagnose(
             tied = tied._replace(rivals=tuple(dict.fromkeys((*tied.rivals, *sensed.rivals))))
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
-        apart = {name if name not in logs else f"{name}, held out": log for name, log in held_out.items()}
-        whole = diagnose({**logs, **apart}, model, effects=effects, twins=twins, tick=tick)
+        whole = diagnose(_together(logs, held_out), model, effects=effects, twins=twins, tick=tick)
         return dataclasses.replace(whole, chosen_by_held_out=True)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
@@ -182,6 +181,11 @@ def diagnose(
         chosen_by_held_out=chose,
         may_hide=hidden_sizes(model, [c for c in tried if c.name not in final.names], judges),
     )
+
+
+def _together(logs: Mapping[str, Log], held_out: Mapping[str, Log]) -> dict[str, Log]:
+    """All logs by name, also where one that is held out is called like one that was fitted, in another folder."""
+    return {**logs, **{name if name not in logs else f"{name}, held out": log for name, log in held_out.items()}}
 
 
 def _misfit(judges: Sequence[Fold]) -> bool:

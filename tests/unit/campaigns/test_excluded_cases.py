@@ -75,6 +75,13 @@ def test_what_is_set_for_all_cases_is_asked_with_each(tmp_path: Path) -> None:
     )
 
 
+def test_a_parameter_of_another_scenario_excludes_nothing_and_hides_no_exclusion(tmp_path: Path) -> None:
+    scenario = distribution(tmp_path).with_name("slower.xosc")
+    why = excluded_by(scenario, {"ego": "0.2", "other": "0.9"})
+    assert why
+    assert excluded_by(scenario, {"ego": "0.2", "other": "0.9", "only_elsewhere": "1"}) == why
+
+
 def test_a_value_set_for_all_drives_that_is_excluded_itself_is_an_error(tmp_path: Path) -> None:
     path = distribution(tmp_path).with_name("slower.xosc")
     options = {"seed": 7, "rootdir": tmp_path, "parameters": {"other": "0.9"}}

@@ -14,7 +14,7 @@ from gap_logs import NOISE, baseline, drive
 from pytest_dvp.gap.compare.compared_model import CompareError, command_at_stamps
 from pytest_dvp.gap.diagnose import all_cores
 from pytest_dvp.gap.diagnose.all_cores import cores
-from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.diagnose.diagnose import _together, diagnose
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.removal import price
@@ -301,3 +301,8 @@ def test_a_measured_input_of_a_lower_rate_runs_straight_between_its_samples() ->
     log = Log({"t": t, "steer": steer, "steer_cmd": steer})
     assert command_at_stamps(log, "steer", "it") == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.4, 0.4])
     assert command_at_stamps(log, "steer_cmd", "it") == pytest.approx([0.1, 0.1, 0.1, 0.4, 0.4, 0.4])
+
+
+def test_logs_of_one_name_in_two_folders_are_two() -> None:
+    a, b, c = (drive(seed=seed) for seed in (1, 2, 3))
+    assert list(_together({"drive.csv": a}, {"drive.csv": b, "town.csv": c}).values()) == [a, b, c]

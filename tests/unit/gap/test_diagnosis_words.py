@@ -66,6 +66,11 @@ def test_the_answer_fits_a_screen() -> None:
         ),
         (dataclasses.replace(FOUND_NOTHING, verdict="NOTHING_MISSING", ladder=(BETTER,)), "car.toml lacks nothing"),
         (dataclasses.replace(FOUND_NOTHING, verdict="UNKNOWN"), "no effect of the catalogue explains"),
+        (dataclasses.replace(FOUND_NOTHING, verdict="UNKNOWN", vetoed=("mass",)), "catalogue explains on all drives"),
+        (
+            dataclasses.replace(FOUND_NOTHING, verdict="NOTHING_MISSING", samples=Samples(10, 10.0, 0.46, 0.5)),
+            "lacks nothing that the 54 % of these data that can be judged show",
+        ),
         (dataclasses.replace(FOUND_NOTHING, verdict="NOT_EXCITED"), "could not have shown 1 of the effects"),
     ],
 )

@@ -168,6 +168,8 @@ def test_a_figure_that_is_not_defined_holds_no_bound(nothing: float | None) -> N
     (check,) = judge_bounds(scored(v={"gain": nothing}), {"gain": {"v": 1.0}})
     assert (check.value, check.holds) == (None, False)
     assert str(check) == "gain of v: not defined: the signal is constant or has no samples"
+    (lag,) = judge_bounds(scored(v={"lag": nothing}), {"lag": {"v": 1.0}})  # alike, and yet no lag was found
+    assert str(lag) == "lag of v: not defined: the best lag is beyond the 2 s that are looked at"
 
 
 @pytest.mark.parametrize(

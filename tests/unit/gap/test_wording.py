@@ -373,6 +373,11 @@ def compared(signals: dict[str, SignalScore], where: tuple[Where, ...] = (), **m
     return SimpleNamespace(**{**base, **more})
 
 
+def test_of_a_log_that_is_judged_in_part_no_more_is_said() -> None:
+    half = compared({"v": score(1.3)}, slid=np.arange(8) > 3)
+    assert words.headline(half).endswith("nothing is left to find in the 57 % of this log that is judged")
+
+
 @pytest.mark.parametrize(
     ("signals", "text"),
     [

@@ -176,6 +176,8 @@ def test_in_its_own_world_it_drives_what_passed_in_parallel_with_the_same_settin
     told.clear()
     with pytest.raises(StageError, match="with the same settings"):
         drive(keys, stage="rw", passed=[before], P={"LQR_q11": 29.0})
+    with pytest.raises(StageError, match="with the same settings"):  # another car passed
+        drive(keys, stage="rw", vehicle="tabby:2", passed=[before])
     assert told == []
     assert drive(keys, stage="rw", passed=[before]).stage == "rw"
 

@@ -148,3 +148,16 @@ def test_a_topic_of_two_channels_is_one(tmp_path: Path) -> None:
     entry = '[[signal]]\nname = "v"\ntopic = "/a"\nfield = "speed"\nunit = "m/s"\n'
     log = read_log(path, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "receive"\n' + entry))
     assert log["v"].tolist() == list(range(100))
+
+
+@pytest.mark.parametrize("empty", ["lat", "lon"])
+def test_a_fix_without_a_value_is_one_line(tmp_path: Path, empty: str) -> None:
+    rows = "".join(
+        f"{0.1 * k:.1f},{'' if empty == 'lat' else 52.0},{'' if empty == 'lon' else 4.3},1\n" for k in range(9)
+    )
+    file = tmp_path / "a.csv"
+    file.write_text(f"t [s],lat [deg],lon [deg],v [m/s]\n{rows}", encoding="utf-8")
+    entries = "".join(f'[[signal]]\nname = "{name}"\nfield = "{field}"\nunit = "{unit}"\n' for name, field, unit in
+                      (("y", "lat", "latitude"), ("x", "lon", "longitude")))  # fmt: skip
+    with pytest.raises(LogError, match=f"field '{empty}' holds no value|no column|needs a latitude"):
+        read_log(file, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "t"\n' + entries))

@@ -124,6 +124,19 @@ def test_kerb_raises_a_sidewalk(tmp_path: Path) -> None:
     assert net.lane_pose("1", -1, 10.0).z == 0.0
 
 
+def test_what_has_no_record_yet_has_no_height(tmp_path: Path) -> None:
+    """A kerb from 50 m on, and a slope of 2 % from there on, on a road that the header raises by 3 m."""
+    inside = cubic("width", 0.0, 2.0) + '<height sOffset="50" inner="0.12" outer="0.12"/>'
+    sides = section((), [lane(-1), lane(-2, type_="sidewalk", inside=inside)])
+    slope = cubic("elevation", 50.0, 0.0, 0.02)
+    text = straight("1", 0, 0, 0, 100, sides, elevation=slope)
+    net = network(tmp_path, text, header='<offset x="0" y="0" z="3" hdg="0"/>')
+    kerb = 0.12 * math.cos(math.atan(0.02))  # it stands upright on the slope
+    heights = [net.lane_pose("1", -2, s).z for s in (10.0, 50.0, 100.0)]
+    assert heights == pytest.approx([3.0, 3.0 + kerb, 4.0 + kerb])
+    assert [net.road_pose("1", s, 0.0)[2] for s in (10.0, 100.0)] == pytest.approx([3.0, 4.0])
+
+
 def test_header_offset_shifts_then_turns_the_whole_network(tmp_path: Path) -> None:
     header = '<offset x="-10" y="0" z="3" hdg="1.5707963267948966"/>'
     net = network(tmp_path, straight("1", 20, 0, 0, 100), header=header)

@@ -6,10 +6,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnosing
 from pytest_dvp.gap.extend import extend as extending
+from pytest_dvp.logs.log import Log
 from pytest_dvp.tuning import structure_search
 from vehicle.model.model_file import read_model
 from vehicle.model.remainder_shape import RemainderShape
@@ -83,3 +85,14 @@ def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
     assert asked == [names, names[:3], names[:2]]
     assert [each.split()[1] for each in result.taken] == names[:2]
     assert result.model is not None
+
+
+def test_pedals_below_the_gate_are_thinned_to_their_mean_as_well(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(200)
+    pedal = np.where(np.arange(200) % 2 == 0, 1.0, 0.0)
+    columns = {"t": t, "throttle_cmd": pedal, "gate.throttle_cmd": pedal, "arrived.brake_cmd": pedal, "v": pedal}
+    Log(columns).save(tmp_path / "a.mcap")
+    found = structure_search.thinned(tmp_path / "a.mcap").columns
+    for name in ("throttle_cmd", "gate.throttle_cmd", "arrived.brake_cmd"):
+        assert found[name] == pytest.approx(0.5)
+    assert found["v"] == pytest.approx(1.0)
