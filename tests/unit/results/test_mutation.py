@@ -327,7 +327,7 @@ def test_what_else_a_stack_offers_stays_its_own() -> None:
 
 def test_gates_between_stages_alone_leave_the_default_gates_to_be_written(tmp_path: Path) -> None:
     file = tmp_path / "a.gates.toml"
-    file.write_text('[[gate]]\nmetric = "lateral_rmse"\nmax = 0.2\nbetween = ["dt", "rw"]\n')
+    file.write_text('[[gate]]\nmetric = "lateral_rmse"\nmax_difference = 0.2\nbetween = ["dt", "rw"]\n')
     write_gates([Proposal(str(tmp_path / "a.xosc"), "max_jerk", None, 2.5, 0.05)])
     assert [gate.metric for gate in read_gates(file).gates] == [
         "lateral_rmse", "collision", "road_departure", "scenario_ended", "max_jerk",
