@@ -5,7 +5,7 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 
 from __future__ import annotations
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, nan, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +33,8 @@ SECOND = 1_000_000_000  # ns
 FLOAT32 = 7  # PointField.FLOAT32
 _HIDDEN = "hidden:"  # class of an object, with the sensor from which the scenario hides it
 KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+UNKNOWN = 0  # NavSatFix.COVARIANCE_TYPE_UNKNOWN
+UNSTATED_SIGMA = 5.0  # m, of a receiver without corrections (GPS SPS Performance Standard 2020: 95 % within 8 m)
 _XX, _YY = 0, 7  # of the 6 x 6 covariance of a pose, row by row
 
 
@@ -163,9 +165,16 @@ def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[
 
 
 def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix:
-    """The fix in the map frame; `heading` is that of the same stamp."""
+    """The fix in the map frame; `heading` is that of the same stamp.
+
+    Without a fix (status below 0) its place is NaN; where the accuracy is not stated, sigma is UNSTATED_SIGMA.
+    """
     x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
+    if place.status.status < 0:  # sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1, "unable to fix position"
+        x = y = nan
     sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
+    if place.position_covariance_type == UNKNOWN:
+        sigma = UNSTATED_SIGMA
     if heading is None:
         return GnssFix(seconds(place.header), x, y, sigma)
     turned = heading_from_ros(heading)
