@@ -161,9 +161,9 @@ class Parallel:
 
     def _begin(self, state: VehicleState) -> None:
         car, now = self._vehicle.description, Timing(rate=1000.0)
-        lidar = Lidar(Mount(x=car.lidar_x, z=car.lidar_z), now)
+        lidar = Lidar(Mount(x=car.lidar_x, y=car.lidar_y, z=car.lidar_z, yaw=car.lidar_yaw), now)
         camera = Camera(
-            Mount(x=car.camera_x, z=car.camera_z), now,
+            Mount(x=car.camera_x, y=car.camera_y, z=car.camera_z, yaw=car.camera_yaw), now,
             focal=car.camera_focal, width=car.camera_width, height=car.camera_height,
         )  # fmt: skip
         seeds = np.random.SeedSequence(self._seed).spawn(2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.adapters.mirror import Parallel
 from vehicle.messages import Observation, Surroundings, VehicleState
 from vehicle.model.model_file import read_model
-from vehicle.sensors import default_sensors
+from vehicle.sensors import Mount, default_sensors
 from vehicle.twin import Twin
 from vehicle.wire import convert
 
@@ -143,3 +144,24 @@ def test_the_wire_carries_who_is_hidden_from_what(hidden: tuple[str, ...]) -> No
     back = convert.objects_from_ros(convert.objects_to_ros(sent, 0))
     assert back.hidden == sent.hidden
     assert msgspec.structs.asdict(back)["names"] == ("Target",)
+
+
+@pytest.mark.parametrize("mount", [Mount(1.0, 0.0, 1.5), Mount(1.0, 0.5, 1.5, 0.3), Mount(1.0, -0.4, 1.5, -1.2)])
+def test_a_mirrored_car_sees_virtual_objects_where_they_are_however_its_lidar_looks(
+    mount: Mount, scenarios_dir: Path
+) -> None:
+    """The rear of the object stands 18 m ahead, from 1 m right to 1 m left."""
+    sensors = default_sensors()
+    sensors = dataclasses.replace(sensors, lidar=dataclasses.replace(sensors.lidar, mount=mount))
+    vehicle = Parallel(Twin(read_model(scenarios_dir / "models" / "tabby_evo.toml"), sensors), seed=1)
+    vehicle.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+    seen_points: list[np.ndarray] = []
+    for _ in range(20):
+        scan = vehicle.observe(around()).lidar
+        seen_points += [scan.points] if scan is not None and len(scan.points) else []
+        vehicle.step(0.05)
+    points = np.vstack(seen_points)
+    c, s = np.cos(mount.yaw), np.sin(mount.yaw)
+    x, y = mount.x + c * points[:, 0] - s * points[:, 1], mount.y + s * points[:, 0] + c * points[:, 1]
+    assert x.min() == pytest.approx(18.0, abs=0.2)
+    assert np.abs(y).max() == pytest.approx(1.0, abs=0.3)
