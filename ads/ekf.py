@@ -213,7 +213,8 @@ def correct_wheels(
     counts[WHEELS] += 1.0
     correct(m, p, h, faster, row[3] * row[3], GATE_WHEELS)
     if row[0] - hold[HIMU] > IMU_SILENCE:
-        hold[HW], hold[HA], hold[HYAW] = row[4], 0.0, noise[STEER_NOISE]
+        # the bias is the gyroscope's, not the steering's: what is taken off in `predict` is put on here
+        hold[HW], hold[HA], hold[HYAW] = row[4] + m[B], 0.0, noise[STEER_NOISE]
     elif abs(row[2]) < STANDING and abs(m[V]) < 2.0 * STANDING:
         h[V], h[K], h[B] = 0.0, 0.0, 1.0
         correct(m, p, h, hold[HW] - m[B], STANDING_SIGMA**2, GATE_1)

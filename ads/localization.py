@@ -143,7 +143,8 @@ class EkfLocalizer:
         now = observation.t
         if not self._started:
             for odometry in observation.odometry:
-                self._speed = odometry.v
+                if math.isfinite(odometry.v):
+                    self._speed = odometry.v
             fixes = [fix for fix in observation.gnss if _is_fix(fix)]
             if not fixes:
                 return None
@@ -173,7 +174,8 @@ class EkfLocalizer:
         w = float(self._hold_now[HW]) - bias
         p = self.covariance
         position = math.sqrt(max(0.5 * (p[0, 0] + p[1, 1]), 0.0))
-        ax = self._ahead(observation.imu[-1]) if observation.imu else float(self._hold_now[HA])
+        felt = [imu for imu in observation.imu if math.isfinite(imu.ax + imu.ay)]
+        ax = self._ahead(felt[-1]) if felt else float(self._hold_now[HA])
         before, sigma = self._last, math.sqrt(max(p[2, 2], 0.0))
         self._last = Estimate(now, x, y, yaw, v, w, ax, position, sigma, p[:4, :4].copy())
         if before is not None:  # dead reckoning: smooth, whatever the fixes say

@@ -290,3 +290,34 @@ def test_the_covariance_stays_symmetric_and_positive():
     for _, p, _ in found:
         assert np.allclose(p, p.T, atol=1e-9)
         assert np.linalg.eigvalsh(p).min() > 0.0
+
+
+@pytest.mark.parametrize("field", ["ax", "ay"])
+def test_an_acceleration_without_a_number_is_not_passed_on(field):
+    """The newest message was once handed to the steering as it was, where it stayed for good."""
+    localizer = EkfLocalizer(CAR, lambda x, y: 0.0)
+    localizer.update(Observation(0.0, gnss=(GnssFix(0.0, CAR.gnss_x, 0.0, 0.1),)))
+    bad = msgspec.structs.replace(Imu(0.02, 0.7, 0.0, 0.0), **{field: math.nan})
+    estimate = localizer.update(Observation(0.05, imu=(Imu(0.01, 0.5, 0.0, 0.0), bad)))
+    assert estimate.ax == pytest.approx(0.5)
+
+
+def test_a_speed_without_a_number_before_the_first_fix_is_no_speed():
+    localizer = EkfLocalizer(CAR, lambda x, y: 0.0)
+    fix = GnssFix(0.1, CAR.gnss_x, 0.0, 0.1)
+    estimate = localizer.update(Observation(0.1, gnss=(fix,), odometry=(Odometry(0.09, math.nan, 0.0),)))
+    assert estimate.v == 0.0
+    assert math.isfinite(estimate.x + estimate.yaw + estimate.yaw_rate)
+
+
+def test_the_bias_of_a_gyroscope_that_fell_silent_is_not_taken_off_the_steering():
+    """A bias of 0.02 rad/s is learnt in 60 s; then the wheels stand straight for 20 s, and so the car goes straight."""
+    localizer = EkfLocalizer(CAR, lambda x, y: 0.0)
+    for k in range(1601):
+        t = 0.05 * k
+        fixes = (GnssFix(t, CAR.gnss_x + 5.0 * t, 0.0, 0.1, 0.0, 0.01),) if t < 60.0 else ()
+        imu = tuple(Imu(t - 0.01 * i, 0.0, 0.0, 0.02) for i in range(4, -1, -1)) if t < 60.0 else ()
+        estimate = localizer.update(Observation(t, gnss=fixes, odometry=(Odometry(t, 5.0, 0.0),), imu=imu))
+    assert localizer.mean[4] == pytest.approx(0.02, abs=0.002)
+    assert estimate.yaw_rate == pytest.approx(0.0, abs=1e-3)
+    assert estimate.yaw == pytest.approx(0.0, abs=0.02)
