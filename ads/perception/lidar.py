@@ -72,7 +72,7 @@ def obstacle_points(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: flo
     inside = np.empty((len(scan), 3))
     n = 0
     for i in range(len(scan)):
-        if abs(scan[i, 0]) <= x_max and abs(scan[i, 1]) <= abs_y_max:
+        if abs(scan[i, 0]) <= x_max and abs(scan[i, 1]) <= abs_y_max and math.isfinite(scan[i, 2]):
             inside[n, 0], inside[n, 1], inside[n, 2] = scan[i, 0] + lidar_x, scan[i, 1], scan[i, 2] + lidar_z
             n += 1
     inside = inside[:n]

@@ -355,3 +355,12 @@ def test_a_track_turns_round_without_lying_across_the_road() -> None:
         yaws.append(track[TYAW])
     assert math.cos(yaws[0]) < -0.99  # it did take the motion for true
     assert np.abs(np.sin(yaws)).max() < 0.2
+
+
+def test_a_return_without_a_height_does_not_hide_the_rest_of_the_scan() -> None:
+    ring = np.array([(x, y, -TABBY.lidar_z) for x in np.arange(-8.0, 7.5, 0.5) for y in np.arange(-6.0, 6.5, 0.5)])
+    points = np.vstack([scan((10.0, 0.0, 0.0, 4.0, 1.8)), ring])
+    spoilt = points.copy()
+    spoilt[-1, 2] = math.nan
+    assert len(boxes_of(points)) == 1
+    assert boxes_of(spoilt) == pytest.approx(boxes_of(points), abs=1e-6)
