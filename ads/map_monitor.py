@@ -14,7 +14,7 @@ from vehicle.messages import FloatArray
 
 REACH = 150.0  # m ahead that a view covers
 PASSING = 10.0  # m behind the rear axle in which a crossing or signal is still in view
-NEAR = 5.0  # m; a crossing or signal whose middle is farther from the path is none of ours
+BESIDE = 0.5  # m; a path that passes a crosswalk at no more than this goes over it
 
 
 class LaneSpan(NamedTuple):
@@ -220,12 +220,13 @@ def _crossings(network: Map, path: FloatArray) -> tuple[Crossing, ...]:
     for crosswalk in network.crosswalks:
         outline = np.asarray(crosswalk.outline, dtype=np.float64)[:, :2]
         middle = outline.mean(axis=0)
-        for i in _passes(path, float(middle[0]), float(middle[1])):
+        reach = float(np.hypot(*(outline - middle).T).max()) + BESIDE
+        for i in _passes(path, float(middle[0]), float(middle[1]), reach):
             c, s = math.cos(path[i, YAW]), math.sin(path[i, YAW])
             relative = outline - path[i, X : Y + 1]
             along = path[i, S] + relative @ (c, s)
             across = relative @ (-s, c)
-            if across.min() < 0.5 and across.max() > -0.5:
+            if across.min() < BESIDE and across.max() > -BESIDE:
                 found.append(
                     Crossing(
                         str(crosswalk.id),
@@ -238,10 +239,10 @@ def _crossings(network: Map, path: FloatArray) -> tuple[Crossing, ...]:
     return tuple(sorted(found, key=lambda c: c.s_from))
 
 
-def _passes(path: FloatArray, x: float, y: float) -> list[int]:
-    """Indices where the path passes a place at less than NEAR; a path may pass it several times."""
+def _passes(path: FloatArray, x: float, y: float, reach: float) -> list[int]:
+    """Indices where the path passes a place at less than `reach` [m]; a path may pass it several times."""
     d = np.hypot(path[:, X] - x, path[:, Y] - y)
-    close = np.flatnonzero(d < NEAR)
+    close = np.flatnonzero(d < reach)
     if not len(close):
         return []
     groups = np.split(close, np.flatnonzero(np.diff(close) > 1) + 1)

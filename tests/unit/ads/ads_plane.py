@@ -62,6 +62,7 @@ class PlaneMap:
 
     pieces: list[tuple[float, float]]
     crosswalk_at: float | None = None
+    crosswalk_t: tuple[float, float] = (-4.0, 4.0)
     signal_at: float | None = None
     step: float = 0.25
     rule: str = "RHT"
@@ -86,8 +87,8 @@ class PlaneMap:
     def crosswalks(self) -> tuple[Zebra, ...]:
         if self.crosswalk_at is None:
             return ()
-        s = self.crosswalk_at
-        corners = [self.at(s + ds, t) for ds, t in ((-1.5, -4.0), (1.5, -4.0), (1.5, 4.0), (-1.5, 4.0))]
+        s, (low, high) = self.crosswalk_at, self.crosswalk_t
+        corners = [self.at(s + ds, t) for ds, t in ((-1.5, low), (1.5, low), (1.5, high), (-1.5, high))]
         return (Zebra("zebra", "1", s, np.array([p[:2] for p in corners]), s - 1.5, s + 1.5),)
 
     @property

@@ -76,6 +76,15 @@ class TestMapMonitor:
         assert (crossing.s_from, crossing.s_to) == pytest.approx((BEHIND + 78.5, BEHIND + 81.5), abs=0.05)
         assert (crossing.l_from, crossing.l_to) == pytest.approx((-2.25, 5.75), abs=0.05)  # lane -1: t = -1.75
 
+    def test_a_path_goes_over_a_crosswalk_whose_middle_is_far_from_it(self):
+        """Lane -1 runs at t = -1.75, 7.25 m beside the middle."""
+        (crossing,) = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0, crosswalk_t=(-3.0, 14.0))).crossings
+        assert (crossing.s_from, crossing.s_to) == pytest.approx((BEHIND + 78.5, BEHIND + 81.5), abs=0.05)
+
+    def test_a_path_beside_a_crosswalk_does_not_go_over_it(self):
+        network = PlaneMap([(200.0, 0.0)], crosswalk_at=80.0, crosswalk_t=(0.0, 4.0))
+        assert self.monitor(network).crossings == ()
+
     def test_a_crosswalk_ahead_has_its_area_and_distance(self):
         view = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 10.0)
         (crossing,) = view.crossings
