@@ -87,15 +87,15 @@ def _read_all(arguments: argparse.Namespace) -> tuple[ComparedModel, dict[str, t
     from pytest_dvp.doctor import print_findings, read_checked_log
     from pytest_dvp.gap.compare.compared_model import LogSubject
     from pytest_dvp.gap.compare.model_loader import load_compared_model
+    from pytest_dvp.logs.log_names import log_names
 
     options = log_options(arguments)
     logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}
     with Console(stderr=True).status("reading") as status:
         subject = load_compared_model(arguments.model, effects_from(arguments), **options)
-        for text in arguments.logs:
+        for name, text in zip(log_names(arguments.logs), arguments.logs, strict=True):
             status.update(f"reading {text}")
-            name = Path(text).name
-            logs[name if name not in logs else text] = read_checked_log(text, **options)
+            logs[name] = read_checked_log(text, **options)
     for _, findings in logs.values():
         print_findings(findings)
     print_findings(subject.findings if isinstance(subject, LogSubject) else ())

@@ -244,11 +244,10 @@ def _true_motion(logs: dict[str, Log]) -> str:
 def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:
     """Logs by name; warnings are told on stderr. Raises LogError for a log with an error."""
     from pytest_dvp.doctor import print_findings, read_checked_log
+    from pytest_dvp.logs.log_names import log_names
 
     logs: dict[str, Log] = {}
-    for text in texts:
-        log, findings = read_checked_log(text, **log_options(arguments))
-        name = Path(text).name
-        logs[name if name not in logs else text] = log
+    for name, text in zip(log_names(texts), texts, strict=True):
+        logs[name], findings = read_checked_log(text, **log_options(arguments))
         print_findings(findings)
     return logs
