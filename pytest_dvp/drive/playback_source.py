@@ -79,6 +79,7 @@ def _of_columns(name: str, log: Log, car: VehicleDescription) -> Recording:
     ay = on_grid("ay", v * rate)
     z, vy = on_grid("z", nothing), on_grid("vy", nothing)
     rows = np.column_stack([grid, x, y, z, yaw, v, on_grid("vx", v), vy, rate, ax, ay, steer])
+    car = msgspec.structs.replace(car, gnss_x=0.0, gnss_y=0.0, imu_x=0.0, imu_y=0.0, imu_yaw=0.0)  # as `_made` says
     return Recording(name, car, rows, _commands(given), _made(rows))
 
 
