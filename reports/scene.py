@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -77,14 +78,15 @@ def _detections(table: Mapping[str, Any], stride: int) -> dict[str, Any]:
 
 
 def _paths(paths: Sequence[tuple[float, NDArray[np.float64]]], stride: int) -> dict[str, Any]:
-    times: list[float] = []
-    shapes: list[list[list[float | None]]] = []
-    for index, (t, points) in enumerate(paths):
-        due = not times or t - times[-1] >= PATH_PERIOD * stride - 1e-9
-        if due or index == len(paths) - 1:
-            times.append(round(float(t), 3))
-            shapes.append(_points(points))
-    return {"t": times, "points": shapes}
+    """Of each period the last plan, as that one may hold for long, and the very first."""
+    kept = {
+        0 if k == 0 else 1 + math.floor((t - paths[0][0]) / (PATH_PERIOD * stride) + 1e-9): (t, points)
+        for k, (t, points) in enumerate(paths)
+    }
+    return {
+        "t": [round(float(t), 3) for t, _ in kept.values()],
+        "points": [_points(points) for _, points in kept.values()],
+    }
 
 
 def _points(points: ArrayLike, limit: int = 2000) -> list[list[float | None]]:

@@ -49,7 +49,10 @@ class Row:
     @property
     def is_count(self) -> bool:
         """A yes-no or counting gate, such as no collision: at its bound is where it should be."""
-        return self.bound == 0 or (self.bound is not None and float(self.bound).is_integer() and self.unit == "")
+        whole = self.value is None or float(self.value).is_integer()  # a ratio may have a bound of 3, a count is whole
+        return self.bound == 0 or (
+            self.bound is not None and float(self.bound).is_integer() and self.unit == "" and whole
+        )
 
     @property
     def used_percent(self) -> float:
@@ -116,8 +119,7 @@ def headline(status: str, table: Sequence[Row]) -> str:
         worst = bad[0]
         if len(bad) > 1 and worst.reason and all(row.reason == worst.reason for row in bad):
             return f"{len(bad)} of {len(table)} gates were not judged: {worst.reason}."
-        count = f"{len(bad)} of {len(table)} gates did not pass." if len(table) > 1 else "The gate did not pass."
-        return f"{count} Worst: {_moment(worst)}"
+        return f"{_missed(table)} Worst: {_moment(worst)}".lstrip()
     asked = [row for row in table if not row.clean]
     counted = "The gate passed." if len(asked) == 1 else f"All {len(asked)} gates passed."
     if len(asked) < len(table):
@@ -129,7 +131,22 @@ def headline(status: str, table: Sequence[Row]) -> str:
     return f"{counted} Closest to failing: {_moment(closest)}"
 
 
+def _missed(table: Sequence[Row]) -> str:
+    """How many did not pass; bounds of clean drives are no gates, and what broke the run itself is neither."""
+    said = []
+    for one, several, counted in (
+        ("the gate", "gates", [row for row in table if row.metric and not row.clean]),
+        ("the bound of clean drives", "bounds of clean drives", [row for row in table if row.clean]),
+    ):
+        if bad := sum(row.status != "PASS" for row in counted):
+            said.append(one if len(counted) == 1 else f"{bad} of {len(counted)} {several}")
+    text = " and ".join(said)
+    return f"{text[0].upper()}{text[1:]} did not pass." if text else ""
+
+
 def _moment(row: Row) -> str:
+    if not row.metric:  # the run itself: its message says what broke
+        return f"{(row.message or row.name).rstrip('.')}."
     text = row.name
     if row.value is not None:
         text += f" {row.value:.3g} {row.unit}".rstrip()
@@ -187,7 +204,7 @@ def _row(verdict: Mapping[str, Any]) -> Row:
     least = _is_least(text, *numbers)
     return Row(
         metric=str(verdict.get("metric", "")),
-        name=str(verdict.get("name") or verdict.get("metric", "")),
+        name=str(verdict.get("name") or verdict.get("metric") or verdict.get("gate") or ""),
         status=str(verdict.get("status", "ERROR")),
         value=numbers[0],
         bound=numbers[1],

@@ -162,10 +162,22 @@ def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     if not results:
         return
     report.dvp = results  # type: ignore[attr-defined]
-    for result in results:
-        head = f"{Path(result['scenario']).stem}." if len(results) > 1 else ""
+    for result, called in zip(results, _names(results), strict=True):
+        result["called"] = called
+        head = f"{called}." if len(results) > 1 else ""
         item.user_properties.extend((head + name, value) for name, value in properties(result))
     report.user_properties[:] = item.user_properties
+
+
+def _names(results: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What the runs of a test are called: the scenario's name, with the stage or the whole path where that tells them
+    apart."""
+    stems = [Path(result["scenario"]).stem for result in results]
+    staged = [f"{stem} {result['stage']}" for stem, result in zip(stems, results, strict=True)]
+    for names in (stems, staged):
+        if len(set(names)) == len(names):
+            return names
+    return [f"{result['scenario']} {result['stage']}" for result in results]
 
 
 def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:

@@ -33,7 +33,9 @@ def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
 
 def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     """The terminal section: one line a gate, worst margin first, at most `limit`, the last one an action."""
-    judged = [verdict["status"] for case in results for verdict in case["verdicts"]]
+    every = [verdict for case in results for verdict in case["verdicts"]]
+    judged = [verdict["status"] for verdict in every]
+    clean_bounds = sum(bool(verdict.get("clean")) for verdict in every)
     rows = sorted(
         (
             (urgency(verdict), case, verdict)
@@ -44,7 +46,10 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     )
     tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"
     runs = sum(case.get("driven", 1) for case in results)
-    out = [f"{_count(runs, 'run')}, {_count(len(judged), 'gate')}: {tally}"]
+    counted = [_count(runs, "run"), _count(len(judged) - clean_bounds, "gate")]
+    if clean_bounds:
+        counted.append(f"{_count(clean_bounds, 'bound')} of clean drives")
+    out = [f"{', '.join(counted)}: {tally}"]
     said = [*vacuous(results), *notes(results)]
     room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]
@@ -147,7 +152,7 @@ def _count(n: int, noun: str) -> str:
 def _name(case: Result) -> str:
     """`overtaking.xosc::dt`; a run of a test of one's own carries the test's name."""
     item = str(case["nodeid"]).rsplit("/", 1)[-1]
-    return item if ".xosc::" in item else f"{item} {Path(case['scenario']).stem}"
+    return item if ".xosc::" in item else f"{item} {case.get('called') or Path(case['scenario']).stem}"
 
 
 def _reasons(case: Result) -> str:

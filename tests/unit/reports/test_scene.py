@@ -71,3 +71,13 @@ def test_last_planned_path_is_kept(make_run: MakeRun) -> None:
     line = np.array([[0.0, 0.0], [1.0, 1.0]])
     run["paths"] = [(0.0, line), (0.05, line), (0.10, line)]
     assert draw(run)["paths"]["t"] == [0.0, 0.1]
+
+
+def test_the_plan_that_holds_for_long_is_drawn(make_run: MakeRun) -> None:
+    """B comes 0.1 s after A and holds for 25 s."""
+    run = make_run()
+    shapes = [np.array([[0.0, y], [1.0, y]]) for y in (0.0, 1.0, 2.0)]
+    run["paths"] = list(zip((5.0, 5.1, 30.0), shapes, strict=True))
+    drawn = draw(run)["paths"]
+    assert drawn["t"] == [5.0, 5.1, 30.0]
+    assert [points[0][1] for points in drawn["points"]] == [0.0, 1.0, 2.0]

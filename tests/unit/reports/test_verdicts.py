@@ -83,3 +83,30 @@ def test_gates_that_share_a_reason_are_told_by_it() -> None:
     lost = {"status": "INCONCLUSIVE", "reason": "no log of stage rw"}
     table = rows([verdict(name, None, 1.0, **lost) for name in ("a", "b")])
     assert headline("INCONCLUSIVE", table) == "2 of 2 gates were not judged: no log of stage rw."
+
+
+def test_what_broke_the_run_itself_is_said_and_is_no_gate() -> None:
+    broken = verdict("", None, None, "ERROR", gate="run", message="run ERROR: ValueError: boom at t=1.50 s", t=1.5)
+    table = rows([broken, verdict("jerk", None, 4.0, "INCONCLUSIVE"), verdict("rmse", 0.1, 0.4)])
+    assert headline("ERROR", table) == "1 of 2 gates did not pass. Worst: run ERROR: ValueError: boom at t=1.50 s."
+    assert table[0].name == "run"
+    assert headline("ERROR", rows([broken])) == "Worst: run ERROR: ValueError: boom at t=1.50 s."
+
+
+def test_bounds_of_clean_drives_are_counted_apart_from_gates() -> None:
+    bounds = [verdict(f"habit{k}", 0.5, 1.0, clean=True) for k in range(3)]
+    missed = verdict("habit", 9.0, 1.0, "FAIL", clean=True)
+    table = rows([verdict("rmse", 0.5, 0.4, "FAIL"), verdict("jerk", 1.0, 4.0), missed, *bounds])
+    assert headline("FAIL", table).startswith(
+        "1 of 2 gates and 1 of 4 bounds of clean drives did not pass. Worst: rmse"
+    )
+    alone = rows([verdict("rmse", 0.1, 0.4), missed, *bounds])
+    assert headline("FAIL", alone).startswith("1 of 4 bounds of clean drives did not pass. Worst: habit")
+
+
+def test_a_ratio_with_a_whole_bound_is_no_count() -> None:
+    (ratio, count) = rows(
+        [verdict("nis", 2.97, 3.0, unit="-", used=0.99), verdict("missed", 1.0, 2.0, unit="-", used=0.5)]
+    )
+    assert (ratio.used, count.used) == (0.99, None)
+    assert "Closest to failing: nis" in headline("PASS", [ratio, count])
