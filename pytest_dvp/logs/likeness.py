@@ -13,6 +13,8 @@ from pytest_dvp.logs.undefined import Undefined
 MAX_LAG = 5.0  # s
 FLAT = 1e-10  # of its greatest value, by which a signal varies at least; chosen: an overtaking 5.8e6 m north of the
 # equator varies by 6e-7 of its UTM coordinate
+OVERLAP = 0.5  # share of two signals that a lag must leave in common; chosen
+ROUNDING = 1e-9  # of a correlation: what differs by less is equal; chosen, 1e-13 is lost to the transforms
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -20,7 +22,8 @@ class Likeness:
     """Result of `likeness`: mncc in [-1, 1], lag [s] (> 0: the measurement comes later), gain measured/model, bias
     measured - model at that lag.
 
-    lags, correlation: the normalised cross-correlation (m,) over the lag [s].
+    lags, correlation: the normalised cross-correlation (m,) over the lag [s], of which mncc is the maximum; overlap:
+    the same of what both have in common at a lag, -inf where that is too little. The lag is where overlap is greatest.
     """
 
     mncc: float
@@ -28,15 +31,17 @@ class Likeness:
     gain: float
     lags: FloatArray
     correlation: FloatArray
+    overlap: FloatArray
     bias: float = 0.0
 
 
 def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: float = MAX_LAG) -> Likeness:
     """Compare two signals (n,) sampled every `step` [s].
 
-    MNCC: maximum over the lag of the cross-correlation of the mean-removed signals, divided by both their norms. The
-    gain is the slope of measured against model in the overlap at that lag. Raises Undefined for a constant signal.
-    Source: Arango et al., Sensors 2026, 26, 1338.
+    MNCC: maximum over the lag of the cross-correlation of the mean-removed signals, divided by both their norms.
+    Source: Arango et al., Sensors 2026, 26, 1338. That maximum is drawn to a lag of 0, as a shift takes part of the
+    signals out of it; so the lag is that at which what both have in common correlates best, and the gain is the slope
+    of measured against model in the overlap at that lag. Raises Undefined for a constant signal.
     """
     if len(model) != len(measured) or len(model) < 2:
         raise Undefined("too few common samples")
@@ -47,16 +52,18 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
         raise Undefined("the signal is constant")
     n = len(x)
     reach = min(n - 1, round(max_lag / step))
-    correlation = np.clip(_correlate(x, y, reach) / norm, -1.0, 1.0)
+    products = _correlate(x, y, reach)
+    correlation = np.clip(products / norm, -1.0, 1.0)
     lags = np.arange(-reach, reach + 1)
-    best = int(np.argmax(correlation))
-    k = int(lags[best])
+    overlap = _overlapping(x, y, products, reach)
+    tied = lags[overlap >= overlap.max() - ROUNDING]
+    k = int(tied[np.argmin(np.abs(tied))])
     a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
     off = float(b.mean() - a.mean())
     a, b = a - a.mean(), b - b.mean()
     power = _dot(a, a)
     gain = _dot(a, b) / power if power > 0.0 else float("nan")
-    return Likeness(float(correlation[best]), k * step, gain, lags.astype(np.float64) * step, correlation, off)
+    return Likeness(float(correlation.max()), k * step, gain, lags.astype(np.float64) * step, correlation, overlap, off)
 
 
 def peak(lags: FloatArray, correlation: FloatArray) -> float:
@@ -71,6 +78,31 @@ def peak(lags: FloatArray, correlation: FloatArray) -> float:
     bend = left - 2.0 * top + right
     shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
     return float(lags[k] + shift * (lags[k + 1] - lags[k]))
+
+
+def _overlapping(x: FloatArray, y: FloatArray, products: FloatArray, reach: int) -> FloatArray:
+    """Pearson's correlation (2 reach + 1,) of x (n,) and y (n,) where they overlap at the lags -reach ... reach.
+
+    -inf at lags at which the overlap does not hold OVERLAP of the time and of what varies in both: a short piece of two
+    signals can be alike by chance. products (2 reach + 1,): of `_correlate`.
+    """
+    n = len(x)
+    lags = np.arange(-reach, reach + 1)
+    first, second = np.maximum(0, -lags), np.maximum(0, lags)  # where the overlap begins in x and in y
+    count = (n - np.abs(lags)).astype(np.float64)
+    spreads = []
+    sums = []
+    for values, start in ((x, first), (y, second)):
+        stop = start + n - np.abs(lags)
+        total, square = (np.concatenate([[0.0], np.cumsum(part)]) for part in (values, values * values))
+        sums.append(total[stop] - total[start])
+        spreads.append(square[stop] - square[start] - sums[-1] ** 2 / count)
+    whole = (_dot(x, x), _dot(y, y))
+    usable = (count >= OVERLAP * n) & (spreads[0] >= OVERLAP * whole[0]) & (spreads[1] >= OVERLAP * whole[1])
+    usable[reach] = True
+    with np.errstate(divide="ignore", invalid="ignore"):
+        alike = (products - sums[0] * sums[1] / count) / np.sqrt(spreads[0] * spreads[1])
+    return np.where(usable & np.isfinite(alike), alike, -np.inf)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> float:

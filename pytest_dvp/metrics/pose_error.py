@@ -15,7 +15,7 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
 
 STATISTICS = ("rms", "greatest")
-TICK = 0.05  # s, of the loop (20 Hz); between two looks at an estimate that never changes
+TICK = 0.05  # s, of the loop (20 Hz), at each of which a stack believes its estimate
 
 
 @metric(name="localization_error", unit="m", bigger_is_worse=True, open_loop=True, note="{statistic} of the position")
@@ -85,14 +85,19 @@ def localization_nees(log: Log) -> Measured:
 def _fresh(log: Log, name: str) -> NDArray[np.int64]:
     """Rows of the ticks: an estimate holds in the log until the next; it was true at the instant of the tick.
 
-    A tick is where the estimate changes; one that stays is still believed, and counts again from the second period on.
+    A tick is where the estimate changes. One that stays over a tick is still believed at it, and counts again there: in
+    a run of ours each TICK, else, where nobody knows when the stack looked, each usual time between two changes. A
+    change may come up to half a tick late.
     """
     changed = np.diff(log[name], prepend=np.nan) != 0.0
     told = np.diff(log.t[changed & np.isfinite(log[name])])
-    period = float(np.median(told)) if len(told) else TICK
-    last = np.maximum.accumulate(np.where(changed, np.arange(len(log.t)), 0))
-    periods = np.floor((log.t - log.t[last]) / period + 1e-6)
-    return np.flatnonzero(changed | ((periods >= 2.0) & (np.diff(periods, prepend=0.0) > 0.0)))
+    period = TICK if log.meta.get("stage") or not len(told) else float(np.median(told))
+    since = np.flatnonzero(changed)
+    begin, end = log.t[since], np.append(log.t[since[1:]], log.t[-1] + period)
+    missed = np.maximum(np.floor((end - begin) / period + 0.5).astype(int) - 1, 0)
+    due = [begin[k] + period * np.arange(1, missed[k] + 1) for k in np.flatnonzero(missed)]
+    at = np.searchsorted(log.t, np.concatenate([[], *due]) - 1e-6)
+    return np.unique(np.concatenate([since, at[at < len(log.t)]]))
 
 
 def _figure(name: str, statistic: str, t: FloatArray, error: FloatArray, what: str) -> Measured:

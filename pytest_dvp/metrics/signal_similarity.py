@@ -95,7 +95,7 @@ def _compare_seen(model: Log, measured: Log, signal: str, max_lag: float) -> Lik
     mean = (weights / weights.sum()) @ np.array([(a.mncc, a.lag, a.gain, a.bias) for _, a in found])
     longest = max(found, key=lambda pair: pair[0])[1]
     mncc, lag, gain, bias = mean.tolist()
-    return Likeness(mncc, lag, gain, longest.lags, longest.correlation, bias)
+    return Likeness(mncc, lag, gain, longest.lags, longest.correlation, longest.overlap, bias)
 
 
 def _unit(signal: str) -> str:

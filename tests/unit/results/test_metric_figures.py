@@ -99,10 +99,10 @@ def test_a_stack_against_its_recording(name: str, column: str) -> None:
 
 
 def believed(**more: Any) -> Log:
-    """Two ticks and a repeated row: 3 and 4 m off, and 5 m the second time."""
+    """Two ticks and a repeated row of a foreign log: 3 and 4 m off, and 5 m the second time."""
     columns = {"x": [0.0, 1.0, 2.0, 3.0], "y": [0.0] * 4, "v": [1.0] * 4, "yaw": [0.0, 0.0, 0.0, 3.0],
                "ads.x": [NAN, 1.0, 1.0, 0.0], "ads.y": [NAN, 3.0, 3.0, 4.0]}  # fmt: skip
-    return few({**columns, **more})
+    return few({**columns, **more}, meta={"stage": ""})
 
 
 def test_an_estimate_counts_when_it_is_new() -> None:

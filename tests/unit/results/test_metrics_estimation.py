@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -53,10 +54,33 @@ def test_an_estimate_that_is_stuck_is_wrong_for_as_long_as_it_is_believed(metric
     assert compute(metric, log_of(columns={**columns, column: stuck}), statistic="greatest").value == pytest.approx(0.5)
 
 
-def test_an_estimate_that_comes_seldom_is_not_late_either() -> None:
+def test_an_estimate_that_comes_seldom_in_a_foreign_log_is_not_late_either() -> None:
+    """Nobody knows when the stack of that log looked at it."""
     t = times()
     seldom = np.repeat(5.0 * t[::20], 20)[: len(t)]  # 5 Hz
-    assert compute("localization_error", log_of(columns={"x": 5.0 * t, "ads.x": seldom, "ads.y": 0.0})).value == 0.0
+    log = log_of(columns={"x": 5.0 * t, "ads.x": seldom, "ads.y": 0.0}, meta={"stage": ""})
+    assert compute("localization_error", log).value == 0.0
+
+
+@pytest.mark.parametrize(("hold", "period"), [(10, 0.1), (90, 0.9)])
+def test_in_a_run_an_estimate_is_believed_at_every_tick(hold: int, period: float) -> None:
+    """At 5 m/s an estimate of age a is 5 a wrong; ages at the ticks are 0, 0.05 ... up to the last before the next."""
+    t = times()
+    columns = {"x": 5.0 * t, "ads.x": np.repeat(5.0 * t[::hold], hold)[: len(t)], "ads.y": 0.0}
+    ages = 0.05 * np.arange(round(period / 0.05))
+    log = dataclasses.replace(log_of(columns=columns), meta={"stage": "dt"})
+    assert compute("localization_error", log).value == pytest.approx(5.0 * math.sqrt(np.mean(ages**2)), rel=0.02)
+    greatest = compute("localization_error", log, statistic="greatest").value
+    assert greatest == pytest.approx(5.0 * ages[-1])
+
+
+def test_a_tick_that_comes_a_little_late_is_no_missed_one() -> None:
+    t = times()
+    changes = np.arange(0.0, 10.0, 0.05) + np.where(np.arange(200) % 3 == 1, 0.02, 0.0)
+    last = np.searchsorted(changes, t + 1e-9, side="right") - 1
+    columns = {"x": 5.0 * t, "ads.x": 5.0 * changes[last], "ads.y": 0.0}
+    log = dataclasses.replace(log_of(columns=columns), meta={"stage": "rw"})
+    assert compute("localization_error", log, statistic="greatest").value == pytest.approx(0.0, abs=1e-9)
 
 
 def test_without_an_estimate_it_is_undefined() -> None:

@@ -124,3 +124,31 @@ def test_a_way_is_like_itself_wherever_on_the_map_it_lies() -> None:
     way = 3.5 * np.clip((T - 10.0) / 5.0, 0.0, 1.0)
     for north in (0.0, 5.8e6):
         assert likeness(north + way, north + way, 0.01).mncc == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("late", [30, 95, 150])
+@pytest.mark.parametrize("stands", [0, 400])
+def test_the_lag_of_a_drive_that_begins_later_is_its_delay(late: int, stands: int) -> None:
+    """A drive that begins and ends in standstill, 0.01 s a sample; correlation over the whole norms said 0."""
+    ramp = np.concatenate([np.zeros(stands + 100), np.linspace(0.0, 8.0, 400), np.full(1500, 8.0)])
+    speed = np.concatenate([ramp, np.linspace(8.0, 0.0, 500), np.zeros(300)])
+    delayed = np.concatenate([np.zeros(late), speed[:-late]])
+    found = likeness(speed, delayed, 0.01)
+    assert found.lag == pytest.approx(0.01 * late)
+    assert found.gain == pytest.approx(1.0)
+    back = likeness(delayed, speed, 0.01)
+    assert (back.lag, back.gain) == pytest.approx((-0.01 * late, 1.0))
+
+
+def test_a_short_piece_that_is_alike_by_chance_is_no_lag() -> None:
+    """The end of one signal is the begin of the other; most of them is alike where they are."""
+    rng = np.random.default_rng(11)
+    one = np.convolve(rng.standard_normal(1000), np.ones(40) / 40.0, mode="same")
+    other = one + 0.2 * np.convolve(rng.standard_normal(1000), np.ones(40) / 40.0, mode="same")
+    other[:120] = one[-120:]
+    assert likeness(one, other, 0.1, max_lag=99.0).lag == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_straight_line_has_no_lag_that_could_be_told() -> None:
+    line = np.linspace(0.0, 100.0, 1000)
+    assert likeness(line, line + 3.0, 0.01).lag == 0.0
