@@ -26,6 +26,9 @@ ALIKE = 0.35  # correlation of neighbours from which noise is coloured; of 100 w
 FEWEST = 100  # samples at standstill from which a correlation is told
 FEWEST_EFFECTIVE = 4.0  # independent ones among them: a slower drift cannot be told from a line
 QUIET = 0.7  # of the noise floor of the whole log: a channel that is quieter at standstill shows another noise there
+CREEPS = 0.05  # m in a second that a car moves at least where it creeps; chosen, at 0.3 m/s it counts as standing
+CLEAR = 6.0  # standard deviations of the position by which it must move; chosen
+_STEER = CHANNELS.index("steer")
 _SAME_STEP = 1.5  # times the usual step, above which neighbours are no neighbours
 
 
@@ -59,15 +62,18 @@ def whitening(t: FloatArray, measured: FloatArray, sigma: FloatArray) -> Whiteni
 
     The noise floor comes from differences of neighbours, which coloured noise makes small; where noise is coloured, the
     standard deviation is the one seen at standstill, if that is larger. A log without a standstill of FEWEST samples
-    counts as white, as does a channel that is quieter there than on the road (a wheel's sensor shows 0).
+    counts as white, as does a channel that is quieter there than on the road (a wheel's sensor shows 0), and the
+    steering, which moves while the car stands as well. Where the car creeps to its stop it does not stand.
     """
     found = Whitening(
         sigma.copy(), np.zeros((len(CHANNELS), ORDER + 1, ORDER)), np.ones((len(CHANNELS), ORDER + 1)),
         np.ones(len(CHANNELS)),
     )  # fmt: skip
     whole = filled(t, measured)
-    still = standing(t, whole[:, 3])
+    still = standing(t, np.where(_creeping(t, whole, sigma), 1.0, whole[:, 3]))  # m/s: it drives
     for k in np.flatnonzero(np.isfinite(sigma)).tolist():
+        if k == _STEER:
+            continue
         pieces = [_level(t[rows], measured[rows, k]) for rows in _runs(t, still & np.isfinite(measured[:, k]))]
         correlation, level = _correlation(pieces)
         if correlation is None or level < QUIET * sigma[k]:
@@ -81,6 +87,20 @@ def whitening(t: FloatArray, measured: FloatArray, sigma: FloatArray) -> Whiteni
         found.sigma[k] = max(sigma[k], level / np.sqrt(max(1.0 - lost, 0.5)))
         found.weights[k], found.gain[k], found.independent[k] = weights, gain, share
     return found
+
+
+def _creeping(t: FloatArray, whole: FloatArray, sigma: FloatArray) -> BoolArray:
+    """Rows (n,) in whose second the car moves by CREEPS and more, as its speed and its position say alike. whole (n, 8)
+    without gaps, sigma (8,), in the channels' units; none where the position is not measured so finely."""
+    least = max(CREEPS, CLEAR * float(np.hypot(*sigma[:2])))
+    if not np.isfinite(whole[:, :4]).all() or not np.isfinite(least):
+        return np.zeros(len(t), dtype=np.bool_)
+    before, after = (np.interp(t + half, t, np.arange(len(t))).round().astype(int) for half in (-0.5, 0.5))
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (whole[1:, 3] + whole[:-1, 3]) * np.diff(t))])
+    driven = way[after] - way[before]
+    east, north = (whole[after, k] - whole[before, k] for k in (0, 1))
+    moved = east * np.cos(whole[:, 2]) + north * np.sin(whole[:, 2])
+    return np.asarray((np.abs(moved) >= least) & (np.abs(moved - driven) <= 0.5 * np.abs(moved)))
 
 
 def first_rows(t: FloatArray, starts: NDArray[np.int64]) -> BoolArray:

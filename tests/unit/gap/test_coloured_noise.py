@@ -106,3 +106,38 @@ def test_another_noise_at_standstill_is_not_that_of_the_road() -> None:
     """An engine that shakes the body a little, and a road that shakes it ten times as much."""
     t, measured = parked(0.9, seconds=100.0)
     assert whitening(t, measured, judged(1.0)).independent[AX] == 1.0
+
+
+def creeping(speed: FloatArray, seed: int) -> FloatArray:
+    """A log whose white noise is 0.01 m, 0.015 m/s and 0.03 m/s^2, of a car that drives straight at `speed` (n,)."""
+    rng = np.random.default_rng(seed)
+    measured = np.zeros((len(speed), len(CHANNELS)))
+    measured[:, 0] = STEP * np.cumsum(speed) + 0.01 * rng.standard_normal(len(speed))
+    measured[:, 1] = 0.01 * rng.standard_normal(len(speed))
+    measured[:, V] = speed + 0.015 * rng.standard_normal(len(speed))
+    measured[:, AX] = np.gradient(speed, STEP) + 0.03 * rng.standard_normal(len(speed))
+    return measured
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_car_that_creeps_to_its_stop_shows_no_coloured_noise(seed: int) -> None:
+    """From 0.25 m/s it rolls out within three seconds, stands for two, and sets off again."""
+    t = np.arange(0.0, 20.0, STEP)
+    speed = np.interp(t, [0.0, 8.0, 10.0, 13.0, 15.0, 17.0, 20.0], [8.0, 8.0, 0.25, 0.0, 0.0, 0.25, 5.0])
+    sigma = np.full(len(CHANNELS), np.inf)
+    sigma[[0, 1, V, AX]] = 0.01, 0.01, 0.015, 0.03
+    found = whitening(t, creeping(speed, seed), sigma)
+    assert found.sigma[[0, V, AX]] == pytest.approx(sigma[[0, V, AX]])
+    assert found.independent[[0, V, AX]] == pytest.approx(1.0)
+
+
+def test_a_receiver_that_drifts_while_the_car_stands_is_still_seen() -> None:
+    t = np.arange(0.0, 60.0, STEP)
+    measured = creeping(np.interp(t, [0.0, 40.0, 45.0, 60.0], [0.0, 0.0, 8.0, 8.0]), 3)
+    measured[:, 0] += 0.05 * noise(len(t), 0.95, 4)
+    measured[:, V] += 0.05 * noise(len(t), 0.95, 5)
+    sigma = np.full(len(CHANNELS), np.inf)
+    sigma[[0, 1, V]] = 0.01, 0.01, 0.015
+    found = whitening(t, measured, sigma)
+    assert found.independent[0] < 0.2
+    assert found.independent[V] < 0.2
