@@ -16,11 +16,12 @@ from pytest_dvp.workers.cache import Cache
 from pytest_dvp.workers.job import code_digest, file_digest
 
 if TYPE_CHECKING:
+    from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, NamedEffect
     from pytest_dvp.logs.log import Log
 
 RATE = 50.0  # Hz; commands change at multiples of 10 ms, so between two samples their mean holds, not the first
 COMMANDS = {"steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd"}  # as asked for, and below gate., arrived.
-LEAST_GAIN = 0.002  # of the error: effects that explain less are not worth a twin that knows them
+LEAST_GAIN = 0.002  # of the error that is left: effects that explain less are not worth a twin that knows them
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -83,7 +84,7 @@ def _looked_for(
     model = dataclasses.replace(cleared.model, remainder={}, remainder_shape=RemainderShape())
     back = cleared.changes
     diagnosis = diagnose(logs, model, tick=tick)
-    wanted = [e for e in diagnosis.effects if e.gain >= LEAST_GAIN and find_effect(e.name).slot != "perception"]
+    wanted = [e for e in diagnosis.effects if _is_worth(e, diagnosis) and find_effect(e.name).slot != "perception"]
     document = finite(diagnosis.as_dict())
     add = [e.name for e in wanted if e.action != "remove"]
     remove = [e.name for e in wanted if e.action == "remove"]
@@ -103,6 +104,13 @@ def _looked_for(
     signs = {"add": "+", "change": "~", "remove": "-"}
     taken = tuple(f"{signs[e.action]} {e.name} {in_words(e.parameters, 4)}" for e in extension.effects)
     return StructureResult(document, told, model_text(extension.model), taken, back)
+
+
+def _is_worth(effect: NamedEffect, diagnosis: Diagnosis) -> bool:
+    """Whether an effect explains LEAST_GAIN of what is left once all are found: beside the error of a bare data sheet
+    everything is little, and without the little things the great ones are fitted wrongly."""
+    before, after = (step.chi2_per_n for step in (diagnosis.ladder[0], diagnosis.ladder[-1]))
+    return effect.gain * before >= LEAST_GAIN * after
 
 
 def in_words(parameters: Mapping[str, Any], digits: int) -> str:

@@ -69,7 +69,8 @@ def extend(
     logs by name, fitted on; held_out: logs that have the last word, without them as in `diagnose`. add: names of
     effects; one that the model has is fitted again. refit: so are all the others it has; without it only those that an
     effect is often confused with which the data show where what is left lasts. effects: the user's own. start: values
-    from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the model file says of
+    from which the fit begins, (effect, key) -> value, as a diagnosis found them; one that knows all that is added is
+    where the fit of all begins, for one after the other they may end elsewhere. fitted_on: what the model file says of
     the logs. twins: runs of the model by scenario, beside which detections are judged.
 
     It may not be taken (`refusal`) if an effect explains nothing of the data fitted on, or loses on the data held out,
@@ -91,7 +92,8 @@ def extend(
     judges = folds(logs, held_out, on_same_roads(model, target), effects)
 
     def made(some: Sequence[Candidate]) -> _Made:
-        final = _fitted(search, begin, [c.name for c in kept], some)
+        known = bool(some) and all(c.name in (start or {}) for one in some for c in one.coordinates)
+        final = _fitted(search, begin, [c.name for c in kept], some, together=known)
         sure = estimates(final, search)
         return _Made(some, final, sure, [judge_addition(search, final, c, judges, model, sure) for c in some])
 
@@ -245,8 +247,14 @@ def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidat
     return Search(target, tried, nuisance=free if tried else (), start=start, fixed=off)
 
 
-def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate]) -> Trial:
-    """All together, each effect begun where it takes away most beside those before it."""
+def _fitted(
+    search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate], *, together: bool
+) -> Trial:
+    """All together. together: they were fitted beside each other before, and go on from there at once; else each effect
+    is begun where it takes away most beside those before it."""
+    if together:
+        search.target.settle(begin)
+        return settled_fit(search, search.trial([*kept, *(one.name for one in chosen)], begin))
     now = search.trial(kept, begin)
     for candidate in chosen:
         known = {name: value for name, value in begin.items() if name[0] == candidate.name}

@@ -11,13 +11,14 @@ import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnose_module
 from pytest_dvp.gap.diagnose.below_remainder import Below
+from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import _imitated
 from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.extend import extend as extend_module
 from pytest_dvp.gap.extend.acceptance import Acceptance
-from pytest_dvp.gap.extend.extend import _chosen, _wanted, extend
+from pytest_dvp.gap.extend.extend import _chosen, _fitted, _wanted, extend
 from pytest_dvp.gap.extend.extension import Rung
 from tests.unit.gap.linear_world import DRIVE, World, a_search
 from vehicle.model.effect_catalogue import find_effect
@@ -103,8 +104,9 @@ class Course:
         self.asked["search"] = ([c.name for c in tried], list(lost))
         return self.search
 
-    def _fitted(self, search: Any, begin: Any, kept: Any, chosen: Any) -> Any:
+    def _fitted(self, search: Any, begin: Any, kept: Any, chosen: Any, *, together: bool) -> Any:
         self.asked["fitted"] = (dict(begin), list(kept), [c.name for c in chosen])
+        self.asked["together"] = together
         self.fits.append([c.name for c in chosen])
         return self.final
 
@@ -167,6 +169,40 @@ def test_what_moves_is_fitted_and_what_is_seen_is_told_by_detections(monkeypatch
     assert set(found.refitted) == {DRIVE}
     assert found.notes == tuple(f"{e.name} noted" for e in found.effects)
     assert (found.model, found.noise_floor, found.refusal, found.explained) == ("model", {"v": 0.1}, "", True)
+
+
+@pytest.mark.parametrize(
+    ("known", "together"),
+    [
+        ({("mass", "ratio"): 1.2, ("steer_delay", "T"): 0.1}, True),
+        ({("mass", "ratio"): 1.2}, False),
+        (None, False),
+    ],
+)
+def test_what_was_fitted_together_goes_on_together(monkeypatch: pytest.MonkeyPatch, known: Any, together: bool) -> None:
+    course = Course(monkeypatch)
+    course.run(add=["mass", "steer_delay"], start=known)
+    assert course.asked["together"] is together
+
+
+def test_a_joint_fit_begins_with_all_at_once_where_all_are_known() -> None:
+    """One after the other, a mass, a lag and a lifted pedal ended at 4.9 of chi^2/N, together at 1.8."""
+    fits: list[tuple[tuple[str, ...], dict[Any, float]]] = []
+
+    def trial(names: Any, values: Any, zoom: bool = False) -> Any:
+        fits.append((tuple(names), dict(values)))
+        return SimpleNamespace(names=tuple(names), values=dict(values), chi2=100.0)
+
+    target = SimpleNamespace(settle=lambda values: None, whitened=lambda values: np.ones(3))
+    search: Any = SimpleNamespace(trial=trial, target=target, count=100)
+    chosen = [c for name in ("mass", "steer_delay") for c in candidates(HAS, [find_effect(name)], refined=True)]
+    begin = {("mass", "ratio"): 1.2, ("steer_delay", "T"): 0.1}
+    _fitted(search, begin, ["drive_gain"], chosen, together=True)
+    assert fits[0] == (("drive_gain", "mass", "steer_delay"), begin)
+    fits.clear()
+    _fitted(search, begin, ["drive_gain"], chosen, together=False)
+    assert fits[0][0] == ("drive_gain",)
+    assert ("drive_gain", "mass") in [names for names, _ in fits]
 
 
 def test_values_fitted_once_more_are_those_of_the_model_and_the_ladder_ends_with_them(

@@ -73,7 +73,7 @@ def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
         kept = [each for each in effects if each.name in add]
         return SimpleNamespace(refusal=refusal, refused=tuple(idle), effects=kept, model=model, as_dict=dict)
 
-    found = SimpleNamespace(effects=effects, values={}, as_dict=dict)
+    found = SimpleNamespace(effects=effects, values={}, as_dict=dict, ladder=ladder(10.0, 1.0))
     monkeypatch.setattr(diagnosing, "diagnose", lambda logs, model, tick: found)
     monkeypatch.setattr(extending, "extend", extended)
     monkeypatch.setattr(structure_search, "thinned", lambda path: SimpleNamespace())
@@ -85,6 +85,35 @@ def test_an_extension_loses_its_least_idle_effect_and_keeps_the_great_ones(
     assert asked == [names, names[:3], names[:2]]
     assert [each.split()[1] for each in result.taken] == names[:2]
     assert result.model is not None
+
+
+def test_an_effect_is_worth_what_it_explains_of_what_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a chi^2/N of 700, a ten-thousandth is much beside the 1.8 that is left, and a millionth is not."""
+    twin, log = tmp_path / "twin.toml", tmp_path / "log.mcap"
+    twin.write_text(TWIN)
+    log.write_bytes(b"")
+    gains = {"mass": 0.9, "understeer": 1e-4, "roll": 1e-6}
+    effects = [SimpleNamespace(name=name, gain=gain, action="add", parameters={}) for name, gain in gains.items()]
+    found = SimpleNamespace(effects=effects, values={}, as_dict=dict, ladder=ladder(700.0, 1.8))
+    asked: list[list[str]] = []
+
+    def extended(logs: Any, model: Any, *, add: list[str], **more: Any) -> Any:
+        asked.append(list(add))
+        return SimpleNamespace(refusal="", refused=(), effects=effects[:2], model=model, as_dict=dict)
+
+    monkeypatch.setattr(diagnosing, "diagnose", lambda logs, model, tick: found)
+    monkeypatch.setattr(extending, "extend", extended)
+    monkeypatch.setattr(structure_search, "thinned", lambda path: SimpleNamespace())
+    monkeypatch.setattr(
+        structure_search, "reset_to_data_sheet",
+        lambda model, sheet, logs, allowed: SimpleNamespace(model=model, changes=()),
+    )  # fmt: skip
+    structure_search._looked_for([log], twin, twin, lambda text: None, presets=False)
+    assert asked == [["mass", "understeer"]]
+
+
+def ladder(*chi2: float) -> tuple[Any, ...]:
+    return tuple(SimpleNamespace(chi2_per_n=each) for each in chi2)
 
 
 def test_pedals_below_the_gate_are_thinned_to_their_mean_as_well(tmp_path: Path) -> None:
