@@ -11,13 +11,14 @@ watchdog acts within one cycle. In a dry run nothing is handed to the adapter bu
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 
 from vehicle.adapter import Hands, Supervised, Vehicle, position_sigma_of
 from vehicle.guard.guard import CYCLE, ArmingRefused, Guard
-from vehicle.guard.messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
+from vehicle.guard.messages import MOTION, Area, Arming, Decision, Limits, Measured, Request, State, numbers
 from vehicle.messages import (
     TRACE_COLUMNS,
     Command,
@@ -100,7 +101,7 @@ class GuardedVehicle:
         self._gate.disarm()
         self._vehicle.reset(state)
         self._t, self._sequence, self._asked = state.t, 0, None
-        self._motion = self._with_hands(state.t, state.x, state.y, state.yaw, state.v, state.steer)
+        self._motion = Measured(state.t, state.x, state.y, state.yaw, state.v, state.steer)
         if self._keys and named is None and arming is None:
             return
         self.arm(named, arming)
@@ -109,9 +110,10 @@ class GuardedVehicle:
         """Arm again, after an override or an emergency stop: with both keys. Raises ArmingRefused."""
         if self.is_real and not isinstance(self._vehicle, Supervised):
             raise ArmingRefused("a real car must report its driver's hands and emergency stop (Supervised)")
-        if self._motion is None:
+        measured = self._measured()
+        if measured is None:
             raise ArmingRefused("reset comes first")
-        self._gate.arm(self._t, self._motion, named, arming)
+        self._gate.arm(self._t, measured, named, arming)
 
     def emergency_stop(self) -> None:
         """Latch the stop profile from the next cycle on."""
@@ -149,8 +151,7 @@ class GuardedVehicle:
             rows.append(part)
             self._t += cycle
             if len(part):
-                t, x, y, yaw, v, steer = (float(part[-1, TRACE_COLUMNS.index(name)]) for name in _MOTION)
-                self._motion = self._with_hands(t, x, y, yaw, v, steer)
+                self._motion = Measured(*(float(part[-1, TRACE_COLUMNS.index(name)]) for name in MOTION))
             left -= cycle
         return np.concatenate(rows)
 
@@ -166,14 +167,14 @@ class GuardedVehicle:
 
     def _ask(self, request: Request | None) -> None:
         self._asked = self._t
-        decision = self._gate.cycle(self._t, request, self._motion)
+        decision = self._gate.cycle(self._t, request, self._measured())
         if decision.live:
             out = decision.output
             self._vehicle.apply(Command(self._t, out.steer, out.accel, out.throttle, out.brake))
 
-    def _with_hands(self, t: float, x: float, y: float, yaw: float, v: float, steer: float) -> Measured:
+    def _measured(self) -> Measured | None:
+        """The newest motion, however old, with the driver's hands as they are now."""
+        if self._motion is None:
+            return None
         hands = self._vehicle.hands if isinstance(self._vehicle, Supervised) else Hands(False, False)
-        return Measured(t, x, y, yaw, v, steer, hands.override, hands.emergency_stop)
-
-
-_MOTION = ("t", "x", "y", "yaw", "v", "steer")
+        return dataclasses.replace(self._motion, override=hands.override, emergency_stop=hands.emergency_stop)

@@ -231,6 +231,26 @@ def test_the_driver_takes_over_and_stop_leaves_the_car_to_him() -> None:
     assert not car.stopped
 
 
+@pytest.mark.parametrize(
+    ("hands", "state", "brake"), [(Hands(True, False), State.OVERRIDDEN, 0.0), (Hands(False, True), State.STOPPED, 1.0)]
+)
+def test_the_drivers_hands_count_while_no_motion_is_measured(hands: Hands, state: State, brake: float) -> None:
+    """Seen within a cycle, and latched: released in the same outage, they still hold. An override has no brake."""
+    car = DrivenCar()
+    vehicle, log = gated(car)
+    vehicle.reset(START)
+    car.dead = True
+    vehicle.apply(command(3.0))
+    car.hands = hands
+    vehicle.step(0.02)
+    vehicle.apply(command(3.02))
+    assert log[-1].state is state
+    car.hands, car.dead = Hands(False, False), False
+    vehicle.step(0.04)
+    assert log[-1].state is state
+    assert car.told[-1].brake == brake
+
+
 @pytest.mark.parametrize("by", ["button", "call"])
 def test_the_emergency_stop_latches_until_both_keys_are_given(by: str) -> None:
     car = DrivenCar()
