@@ -145,7 +145,9 @@ class Loop:
             except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
                 told = told_of(error)
                 self.error = told.error
-                self._vehicle.stop()
+                with contextlib.suppress(Exception):  # a car that is lost stops by itself
+                    self._vehicle.stop()
+                self._gate_log.drain(self._recorder)  # what it decided meanwhile
                 if isinstance(error, StackHung) and error.wall:
                     return self._end(t, "wall")
                 self._recorder.event(t, "fault", told.kind, told.said)

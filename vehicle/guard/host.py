@@ -22,7 +22,7 @@ from vehicle.adapter import ReportsMessageFaults, Vehicle
 from vehicle.guard.guard import CYCLE
 from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision
-from vehicle.guard.process_messages import Answer, Keys, Opened, Opening, pack, unpack
+from vehicle.guard.process_messages import Answer, Keys, Opened, Opening, Untold, pack, unpack
 from vehicle.interpreter_server import Wire
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleState
 from vehicle.wire.health import Trouble
@@ -81,10 +81,14 @@ class Host:
     def answer(self, what: str, given: bytes) -> Answer:
         """The answer to a question. Raises what the car or the gate raises."""
         value = pack(self._asked[what](self, given))
-        decisions, troubles = tuple(self._decisions), tuple(self._troubles)
+        return Answer(msgspec.Raw(value), self.untold(), self._gated.armed, self._gated.position_sigma)
+
+    def untold(self) -> Untold:
+        """What the harness has not been told yet; once."""
+        untold = Untold(tuple(self._decisions), tuple(self._troubles))
         self._decisions.clear()
         self._troubles.clear()
-        return Answer(msgspec.Raw(value), decisions, troubles, self._gated.armed, self._gated.position_sigma)
+        return untold
 
     def close(self, given: bytes = b"") -> None:
         """Let go of the car, which stops by itself."""
@@ -162,7 +166,8 @@ def serve(wire: Wire) -> None:
                 value = pack(host.answer(ask["do"], body))
             wire.write({"n": ask["n"]}, value)
         except Exception as error:  # the harness's to judge
-            wire.write({"n": ask["n"], "error": type(error).__name__, "text": " ".join(str(error).split())[:500]})
+            told = {"n": ask["n"], "error": type(error).__name__, "text": " ".join(str(error).split())[:500]}
+            wire.write(told, b"" if host is None else pack(host.untold()))
         while host is not None and not wire.waits(host.wait()):
             try:
                 host.go_on()

@@ -17,7 +17,7 @@ from vehicle.adapter import VehicleLost
 from vehicle.child_process import own_module, own_path
 from vehicle.guard.guard import ArmingRefused
 from vehicle.guard.messages import Arming, Decision
-from vehicle.guard.process_messages import Answer, Keys, Opened, Opening, pack, unpack
+from vehicle.guard.process_messages import Answer, Keys, Opened, Opening, Untold, pack, unpack
 from vehicle.interpreter_bridge import Bridge
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 from vehicle.wire.health import Trouble
@@ -128,7 +128,7 @@ class GuardProcess:
             return self._over
         try:
             told: dict[str, Any] = self._do("punctuality", None, dict[str, Any])
-        except VehicleLost:
+        except ValueError:  # whatever the car was lost by: see RAISED
             return {}
         return told
 
@@ -140,11 +140,14 @@ class GuardProcess:
     def _do(self, what: str, given: Any, kind: Any, answer: float = ANSWER) -> Any:
         got: Answer = unpack(self._ask(what, pack(given), answer), Answer)
         self._armed, self._sigma = got.armed, got.position_sigma
-        for decision in got.decisions:
-            self._record(decision)
-        for trouble in got.troubles:
-            self._trouble(trouble)
+        self._hear(got.untold)
         return unpack(got.value, kind)
+
+    def _hear(self, untold: Untold) -> None:
+        for decision in untold.decisions:
+            self._record(decision)
+        for trouble in untold.troubles:
+            self._trouble(trouble)
 
     def _ask(self, what: str, given: bytes, answer: float) -> bytes:
         bridge = self._wire()
@@ -156,6 +159,8 @@ class GuardProcess:
                 if head["n"] != self._number:
                     continue  # of a question that was interrupted
                 if "error" in head:
+                    if body:
+                        self._hear(unpack(body, Untold))
                     self._raise(head["error"], head["text"])
                 return body
             if time.monotonic() > deadline:

@@ -42,13 +42,18 @@ class Keys(msgspec.Struct, frozen=True):
     arming: Arming | None = None
 
 
-class Answer(msgspec.Struct, frozen=True):
-    """What a question brought, and what the gate has decided and the wire has told of since the last answer;
-    `position_sigma` [m]: what the car states of its newest row of motion."""
+class Untold(msgspec.Struct, frozen=True):
+    """What the gate has decided and the wire has told of since the last answer; it goes with an error too."""
 
-    value: msgspec.Raw
     decisions: tuple[Decision, ...]
     troubles: tuple[Trouble, ...]
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """What a question brought; `position_sigma` [m]: what the car states of its newest row of motion."""
+
+    value: msgspec.Raw
+    untold: Untold
     armed: bool
     position_sigma: float
 

@@ -14,6 +14,7 @@ from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.announced_cars import is_real, label, may_repeat, refuse_repetition
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.stages import StageError
+from pytest_dvp.logs.log import Log
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.test_loop import WITH_TARGET
 from vehicle.guard.envelope import EnvelopeError
@@ -25,7 +26,7 @@ Write = Callable[..., Path]
 CAR = """
 from msgspec import structs
 from scenarios import path
-from vehicle.adapter import Hands
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.model.model_file import read_model
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
@@ -56,6 +57,17 @@ class Toy(Car):
     is_real = False
 
 
+class Lost(Toy):
+    # Gone after half a second, and then not to be asked to stop either.
+    def step(self, dt):
+        self.stop()
+        return super().step(dt)
+
+    def stop(self):
+        if len(TOLD) > 25:
+            raise VehicleLost("the car has been silent for 0.16 s")
+
+
 def lying(argument):
     return Car(argument)
 
@@ -82,7 +94,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Command]:
     (info / "entry_points.txt").write_text(
         "[pytest_dvp.adapters]\ntabby = mycar_for_tests:Car\ntoy = mycar_for_tests:Toy\n"
         "lying = mycar_for_tests:lying\nunknown = mycar_for_tests:unknown\nnone = mycar_for_tests:none\n"
-        "broken = mycar_for_tests:nothing\nstanding = mycar_for_tests:Standing\n"
+        "broken = mycar_for_tests:nothing\nlost = mycar_for_tests:Lost\nstanding = mycar_for_tests:Standing\n"
     )
     (site / "mycar_for_tests.py").write_text(CAR)
     monkeypatch.syspath_prepend(site)
@@ -218,6 +230,18 @@ def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[C
     assert (result.stage, result.status) == ("pe-toy", "PASS")
     with pytest.raises(StageError, match="pe-toy ERROR: a real vehicle is required, toy says it is none"):
         drive(keys, vehicle="toy", require_real=True)
+
+
+def test_a_car_that_is_lost_ends_the_run_as_an_error_with_the_log_so_far(
+    told: list[Command], keys: dict[str, Path], tmp_path: Path
+) -> None:
+    """Two or three commands a tick: after 25 of them, 0.4 to 0.65 s were driven. Asked to stop, it is lost again."""
+    result = drive(keys, vehicle="lost", stage="rw", with_keys=False, log_dir=tmp_path / "runs")
+    assert (result.status, result.ending) == ("ERROR", "fault")
+    assert result.verdicts[0].short.startswith("run ERROR: the car has been silent for 0.16 s at t=0.")
+    assert result.folder is not None
+    assert 0.3 < Log.load(result.folder).duration < 0.7
+    assert (result.folder / "result.json").is_file()
 
 
 def test_the_two_keys_are_rehearsed_with_a_car_that_is_not_real(

@@ -25,7 +25,7 @@ from vehicle.wire.health import Trouble
 CAR = '''
 import json
 import numpy as np
-from vehicle.adapter import Hands
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.messages import Imu, Observation, VehicleDescription
 from vehicle.wire.health import Trouble
 
@@ -76,6 +76,17 @@ class Car:
         pass
 
 
+class Lost(Car):
+    """Gone after 0.2 s, which it writes down."""
+
+    def step(self, dt):
+        if self.t >= 0.2:
+            with open(self.file, "a") as file:
+                file.write("lost\\n")
+            raise VehicleLost("the car has been silent for 0.16 s")
+        return super().step(dt)
+
+
 def none(argument):
     return "a car"
 
@@ -108,7 +119,7 @@ class Asked:
 
     def ask(self, what: str, given: object = None, kind: Any = None) -> Any:
         answer: Answer = self.host.answer(what, pack(given))
-        self.decisions += answer.decisions
+        self.decisions += answer.untold.decisions
         return unpack(answer.value, kind)
 
     def step(self, dt: float = 0.05) -> FloatArray:
@@ -234,6 +245,26 @@ def test_a_harness_that_says_nothing_has_its_car_braked(car: GuardProcess, file:
     assert told[-1][1:] == [-7.0, 1.0]
     first = next(t for t, accel, _ in told if accel == -7.0)
     assert first == pytest.approx(0.11)  # the first of its cycles that finds the command of t = 0 s 100 ms old
+
+
+def test_what_the_gate_did_before_its_car_was_lost_is_told(file: Path) -> None:
+    """The harness is away from 0.05 s on: braked from 0.11 s on, and lost at 0.2 s."""
+    decisions: list[Decision] = []
+    car = GuardProcess(opening("Lost", str(file)), record=decisions.append, trouble=lambda _: None)
+    car.reset(START, named="toy", arming=KEYS.arming)
+    car.apply(Command(0.0, 0.0, 0.5, 0.2, 0.0))
+    car.step(0.05)
+    for _ in range(2000):  # until it is lost; the test's own time limit ends the wait
+        if "lost" in file.read_text():
+            break
+        subprocess.run(["true"], check=True)
+    for ask in (lambda: car.observe(no_surroundings()), car.stop):
+        with pytest.raises(VehicleLost, match=r"^the car has been silent for 0\.16 s$"):
+            ask()
+    assert car.punctuality() == {}
+    car.close()
+    stopping = [decision.t for decision in decisions if decision.outcome is Outcome.STOP]
+    assert stopping == pytest.approx([0.11, 0.13, 0.15, 0.17, 0.19, 0.21])
 
 
 @pytest.mark.parametrize(
