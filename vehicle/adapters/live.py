@@ -91,7 +91,7 @@ class LiveCar(Ros2Vehicle):
         self.punctuality.pings.clear()
         if self._real:
             self._state = self._placed_by_hand(state)
-        self._discard()
+        self._spoke = self._discard()
 
     def _placed_by_hand(self, state: VehicleState) -> VehicleState:
         """A car cannot be put anywhere: how it stands. Raises VehicleLost if that is not about where it is to begin."""
@@ -144,7 +144,7 @@ class LiveCar(Ros2Vehicle):
         if not self._real:
             self._send(topics.RESET, convert.state_to_ros(self._state, self._now))
             end.receive_until(time.monotonic_ns() + SETTLING)
-        self._discard()  # what was under way belongs to the time before
+        self._spoke |= self._discard()  # what was under way belongs to the time before
         if self._by_wire is not None:
             self._by_wire.listen(0, 0)
             self._by_wire.reset()
@@ -156,7 +156,7 @@ class LiveCar(Ros2Vehicle):
         self._steers = [Odometry(state.t, state.v, state.steer)]
         for before in (self._headings, self._forces, self._asked, self._wheels):
             before.clear()
-        self._health.reset()
+        self._health.reset(self._expected())
         self._raw = np.array(
             [[state.t, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, state.steer]]
         )
@@ -191,9 +191,14 @@ class LiveCar(Ros2Vehicle):
         """The wall clock's: a step may end late."""
         return (time.monotonic_ns() - self._epoch) / convert.SECOND if self._begun else super()._clock()
 
-    def _discard(self) -> None:
-        for topic in self.reads:
-            self._wire().take(topic)
+    def _discard(self) -> set[topics.Topic]:
+        """Take what has come and leave it. Returns the topics that spoke."""
+        return {topic for topic in self.reads if self._wire().take(topic)}
+
+    def _expected(self) -> set[str]:
+        """And what spoke before the run; feedback on topics counts only where it does not come over CAN."""
+        unread = set() if self._by_wire is None else {topics.FEEDBACK}
+        return super()._expected() | {topic.name for topic in self._spoke & set(topics.SENSED) - unread}
 
     def _live(self) -> LiveEnd:
         end = self._wire()

@@ -37,6 +37,7 @@ M = TypeVar("M")
 
 CALL = 0.2  # s between two calls to a car that does not answer yet
 STEP_TIMEOUT = 20.0  # s of wall time that a car has for one step
+CAN = "CAN"  # what its reports are called where topics have their names
 ECHO = 10  # commands, 0.2 s: a car that obeys none of them obeys nobody
 
 
@@ -117,7 +118,7 @@ class Ros2Vehicle:
         self._steers = [Odometry(state.t, state.v, state.steer)]
         for before in (self._headings, self._forces, self._asked):
             before.clear()
-        self._health.reset()
+        self._health.reset(self._expected())
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call; `surroundings` go to what renders a simulated car's sensors."""
@@ -229,6 +230,10 @@ class Ros2Vehicle:
         self._health.look(self._clock())
         return seen
 
+    def _expected(self) -> set[str]:
+        """What any car must say: its motion, speed and steering angle."""
+        return {topics.ODOMETRY.name, topics.FEEDBACK.name if self._by_wire is None else CAN}
+
     def _clock(self) -> float:
         """Time [s] at which what comes now is said to come."""
         return self._now / convert.SECOND
@@ -261,7 +266,7 @@ class Ros2Vehicle:
         if self._by_wire is not None:
             for trouble in self._by_wire.troubles():
                 self._record(trouble)
-            came = self._health.sift("CAN", self._by_wire.reports(), self._clock(), by_source=self.stepped)
+            came = self._health.sift(CAN, self._by_wire.reports(), self._clock(), by_source=self.stepped)
         else:
             came = self._sound(topics.FEEDBACK, self._heard)
         for report in came:

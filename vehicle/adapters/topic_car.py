@@ -46,9 +46,9 @@ class TopicCar(LiveCar):
         self._heard_at = {}
         super().reset(state)
 
-    def _discard(self) -> None:
+    def _discard(self) -> set[topics.Topic]:
         _ = self.hands  # these are of now, whatever else is under way
-        super()._discard()
+        return super()._discard()
 
     @property
     def hands(self) -> Hands:

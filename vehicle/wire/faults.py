@@ -38,7 +38,6 @@ FAULTS: Mapping[str, str] = {
     "stopped": "the car's process is stopped (SIGSTOP)",
 }
 SIGNALS = {"killed": signal.SIGKILL, "stopped": signal.SIGSTOP}
-SENSED = tuple(topic for topic in topics.FROM_CAR if topic not in (topics.DESCRIPTION, topics.SEEN_SIGNALS, topics.TF))
 FORM = re.compile(r"(?P<name>\w+)(:(?P<topic>/[\w/]+))?(@(?P<begin>\d+(\.\d+)?)(\+(?P<length>\d+(\.\d+)?))?)?")
 
 
@@ -61,9 +60,11 @@ def parse_fault(text: str) -> Fault:
     found = FORM.fullmatch(text)
     if found is None or found["name"] not in FAULTS:
         raise FaultError(f"fault {text!r}: expected NAME@FROM+LENGTH [s], NAME one of {', '.join(FAULTS)}")
-    on = tuple(topic for topic in SENSED if found["topic"] in (None, topic.name))
+    on = tuple(topic for topic in topics.SENSED if found["topic"] in (None, topic.name))
     if not on:
-        raise FaultError(f"fault {text!r}: no topic {found['topic']}; there is {', '.join(t.name for t in SENSED)}")
+        raise FaultError(
+            f"fault {text!r}: no topic {found['topic']}; there is {', '.join(t.name for t in topics.SENSED)}"
+        )
     begin = float(found["begin"] or 5.0)
     return Fault(found["name"], begin, begin + float(found["length"] or 3.0), on)
 

@@ -11,7 +11,7 @@ and does not jump. The rhythm is learnt: the median interval of its first messag
     jump           a position that no car reaches from the last                          kept back
     lost           a gap in the rhythm
     late           much older than its first ones were when they came
-    silent         nothing for three intervals, and 0.2 s
+    silent         nothing for three intervals, and 0.2 s; for 3 s from a topic whose rhythm is not learnt yet
     frozen         a position that stands still while the wheels turn
 
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
@@ -21,7 +21,7 @@ Whoever sees more than one topic may name further ones: "not_obeyed", a car that
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from statistics import median
 from typing import Any, NamedTuple, TypeVar
 
@@ -35,6 +35,7 @@ GAP = 1.5  # intervals
 BACK = 0.2  # s; further back than any mix-up of the order
 LATE = 0.15  # s more than at first
 SILENT = 0.2  # s, and three intervals
+UNLEARNT = 3.0  # s of silence while the rhythm is not known: three intervals of 1 Hz, the slowest GNSS receivers
 FASTEST = 60.0  # m/s
 SLACK = 3.0  # m: noise of a position
 STILL = 5  # positions, all alike
@@ -69,25 +70,29 @@ class Health:
         self.speed = 0.0
         self.reset()
 
-    def reset(self) -> None:
-        """A new run: nothing is known."""
-        self._topics: dict[str, _Rhythm] = {}
+    def reset(self, expected: Iterable[str] = ()) -> None:
+        """A new run: nothing is known but which topics are `expected` to speak; any other may stay away."""
+        self._topics: dict[str, _Rhythm] = {topic: _Rhythm() for topic in expected}
 
     def sift(self, topic: str, messages: Sequence[M], now: float, *, by_source: bool = True) -> list[M]:
         """Those of the `messages` that came on a topic until `now` [s] that may be used, in their order.
 
         `by_source`: their stamps are of when they were true; else of when they came, and a gap is none in the messages.
         """
+        if not messages:  # a topic that has never spoken is not waited for
+            return []
         rhythm = self._topics.setdefault(topic, _Rhythm())
         return [message for message in messages if self._sound(rhythm, topic, message, now, by_source)]
 
     def look(self, now: float) -> None:
         """Name each topic that has fallen silent by `now` [s]; once, until it speaks again."""
         for topic, rhythm in self._topics.items():
-            if rhythm.interval is None or rhythm.silent:
+            if rhythm.silent:
                 continue
-            quiet = now - rhythm.last - rhythm.delay
-            if quiet > max(SILENT, 3.0 * rhythm.interval) + 1e-9:
+            rhythm.since = min(rhythm.since, now)
+            quiet = now - (rhythm.since if rhythm.last == -math.inf else rhythm.last) - rhythm.delay
+            allowed = UNLEARNT if rhythm.interval is None else max(SILENT, 3.0 * rhythm.interval)
+            if quiet > allowed + 1e-9:
                 rhythm.silent = True
                 self._record(Trouble(now, topic, "silent", quiet))
 
@@ -118,17 +123,21 @@ class Health:
             say("lost", round((stamp - last) / rhythm.interval) - 1)
         if now - stamp > rhythm.delay + LATE + 1e-9 and rhythm.interval is not None:
             say("late", now - stamp)
-        rhythm.take(message, stamp, now)
-        if rhythm.still == STILL and self.speed > MOVING:
+        rhythm.take(message, stamp, now, moving=abs(self.speed) > MOVING)
+        if rhythm.still == STILL:
             say("frozen", STILL)
         return True
 
 
 class _Rhythm:
-    """What is known of one topic: `interval` and `delay` [s] once learnt, the newest stamp, the newest position."""
+    """What is known of one topic: `interval` and `delay` [s] once learnt, the newest stamp, the newest position.
+
+    since   when [s] it was looked at first
+    still   positions in a row that are those before them although the car moves
+    """
 
     def __init__(self) -> None:
-        self.last, self.delay = -math.inf, 0.0
+        self.last, self.since, self.delay = -math.inf, math.inf, 0.0
         self.interval: float | None = None
         self.silent = False
         self.still = self.refused = 0
@@ -143,7 +152,7 @@ class _Rhythm:
         away = math.hypot(message.x - x, message.y - y)
         return away if away > FASTEST * (message.t - t) + SLACK else 0.0
 
-    def take(self, message: Any, stamp: float, now: float) -> None:
+    def take(self, message: Any, stamp: float, now: float, *, moving: bool) -> None:
         """Remember a message that counts."""
         if self.interval is None:
             self._first.append(stamp)
@@ -153,7 +162,7 @@ class _Rhythm:
         self.last, self.silent = stamp, False
         if isinstance(message, GnssFix | VehicleState):
             same = self._place is not None and self._place[1:] == (message.x, message.y)
-            self.still = self.still + 1 if same else 0
+            self.still = self.still + 1 if same and moving else 0
             self._place = (stamp, message.x, message.y)
 
 

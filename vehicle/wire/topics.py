@@ -56,4 +56,5 @@ TO_CAR: tuple[Topic, ...] = (CLOCK, COMMAND, RESET, OBJECTS, SIGNALS)
 FROM_CAR: tuple[Topic, ...] = (
     ODOMETRY, REFERENCE_IMU, FEEDBACK, IMU, FIX, HEADING, POINTS, CAMERA, SEEN_SIGNALS, TF, DESCRIPTION,
 )  # fmt: skip
+SENSED: tuple[Topic, ...] = tuple(topic for topic in FROM_CAR if topic not in (SEEN_SIGNALS, TF, DESCRIPTION))
 HANDS: tuple[Topic, ...] = (OVERRIDE, EMERGENCY_STOP)

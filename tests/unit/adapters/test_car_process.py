@@ -19,6 +19,9 @@ from vehicle import child_process
 from vehicle.adapter import Vehicle, VehicleLost
 from vehicle.adapters.process import CarProcess, Lease, surrogate
 from vehicle.messages import Command, Surroundings, VehicleState
+from vehicle.wire import topics
+from vehicle.wire.faults import parse_fault
+from vehicle.wire.health import Trouble
 
 SEDAN = Path(__file__).parents[2] / "data" / "can" / "sedan.dbc"
 START = VehicleState(t=0.0, x=10.0, y=5.0, yaw=0.3, v=3.0)
@@ -56,6 +59,18 @@ def test_stepped_time_gives_the_same_bytes_again_and_in_another_process(car: Car
         assert drive(other) == first
     finally:
         other.close()
+
+
+def test_a_car_that_never_says_its_speed_is_named_and_one_without_a_heading_is_not() -> None:
+    """Nothing on two topics from the first moment on; feedback must come, a heading is the car's own affair."""
+    for topic, said in ((topics.FEEDBACK.name, ["silent"]), (topics.HEADING.name, [])):
+        troubles: list[Trouble] = []
+        other = surrogate(seed=7, fault=parse_fault(f"silence:{topic}@0+60"), record=troubles.append)
+        try:
+            drive(other, 70)
+        finally:
+            other.close()
+        assert [trouble.what for trouble in troubles if trouble.topic == topic] == said
 
 
 @pytest.mark.nightly

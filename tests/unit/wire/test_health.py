@@ -98,6 +98,34 @@ def test_silence_is_named_once_and_again_after_a_word(receiver: Receiver) -> Non
     assert receiver.named == ["silent", "lost", "silent"]
 
 
+@pytest.mark.parametrize("messages", [1, 2, 8])
+def test_a_topic_that_dies_before_its_rhythm_is_known_is_silent_after_3_s(messages: int) -> None:
+    receiver = Receiver()
+    receiver.get(*(k / RATE for k in range(messages)))
+    last = (messages - 1) / RATE + 0.02  # when it came
+    for after in (0.5, 2.99, 3.01, 4.0):
+        receiver.health.look(last + after)
+    assert [(t.what, t.t) for t in receiver.troubles] == [("silent", pytest.approx(last + 3.01))]
+
+
+def test_a_receiver_of_1_hz_is_not_silent_between_its_messages() -> None:
+    receiver = Receiver()
+    for k in range(200):
+        if k % 10 == 0:
+            receiver.get(k / RATE)
+        receiver.health.look(k / RATE + 0.02)
+    assert receiver.named == []
+
+
+def test_a_topic_that_must_speak_and_never_does_is_silent_and_any_other_may_stay_away() -> None:
+    receiver = Receiver()
+    receiver.health.reset([TOPIC])
+    for k in range(100):
+        receiver.health.sift("/gnss/heading", [], 5.0 + 0.1 * k)
+        receiver.health.look(5.0 + 0.1 * k)
+    assert [(t.topic, t.what, t.t) for t in receiver.troubles] == [(TOPIC, "silent", pytest.approx(8.1))]
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_is_no_number_is_kept_back(receiver: Receiver, value: float) -> None:
     receiver.get(2.0, y=value)
@@ -137,6 +165,16 @@ def test_positions_that_stay_elsewhere_are_believed_after_five(receiver: Receive
 def test_a_position_that_stands_while_the_wheels_turn_is_frozen(receiver: Receiver) -> None:
     receiver.get(*(2.0 + k / RATE for k in range(10)), x=10.0)
     assert receiver.named == ["frozen"]
+
+
+@pytest.mark.parametrize("speed", [5.0, -5.0])
+def test_a_position_that_is_frozen_since_before_the_car_moved_is_named(receiver: Receiver, speed: float) -> None:
+    """Ten positions of a standing car, then the wheels turn: the fifth position of the moving car names it, once."""
+    receiver.health.speed = 0.0
+    receiver.get(*(2.0 + k / RATE for k in range(10)), x=10.0)
+    receiver.health.speed = speed
+    receiver.get(*(3.0 + k / RATE for k in range(10)), x=10.0)
+    assert [(t.what, t.t) for t in receiver.troubles] == [("frozen", pytest.approx(3.42))]
 
 
 def test_a_standing_car_may_stand(receiver: Receiver) -> None:
