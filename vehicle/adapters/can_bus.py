@@ -18,8 +18,10 @@ from vehicle.wire.health import Trouble
 BEATS = 256  # the heartbeat counts to this
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
 GRANTED_LIVE = 300_000_000  # ns, by the wall clock
-SILENT = 150_000_000  # ns of wall time without a frame after which a car is lost that was commanded
+SILENT = 150_000_000  # ns of wall time without a valid report after which a car is lost that was commanded
+STALE = 200_000_000  # ns that a reported mode, hand or steering angle counts; as topic_car.STALE
 SECOND = 1_000_000_000  # ns
+HANDS = ("override", "emergency_stop")  # reports
 
 
 class CanActuators:
@@ -43,11 +45,20 @@ class CanActuators:
         """Ask for nothing any more; forget what was measured."""
         self._command: Command | None = None
         self._since: int | None = None
+        self._now = 0
+        self._listens: int | None = None  # since when [ns]
         self._last = 0
         self._mode: str = ""
         self._heard: dict[str, float] = {}
+        self._heard_at: dict[str, int] = {}
         self._reports: list[Odometry] = []
-        self.hands = Hands(False, False)
+
+    @property
+    def hands(self) -> Hands:
+        """As last reported; the driver's where what the car can report of them is stale."""
+        fresh = all(self._fresh(name) for name in HANDS if name in self._map.report)
+        override, emergency_stop = (self._heard.get(name, 0.0) != 0.0 for name in HANDS)
+        return Hands(override or not fresh, emergency_stop)
 
     def apply(self, command: Command) -> None:
         """Hold a command, from the next cycle on."""
@@ -85,7 +96,7 @@ class CanActuators:
             raise VehicleLost(f"the car's CAN said nothing within {self._timeout:g} s") from None
         except BusError as error:
             raise VehicleLost(str(error)) from None
-        self._take(came)
+        self._take(came, now)
         self._check_mode(now, GRANTED)
 
     def listen(self, epoch: int, now: int) -> None:
@@ -94,8 +105,7 @@ class CanActuators:
             came = self._link.waiting()
         except BusError as error:
             raise VehicleLost(str(error)) from None
-        self._last = now if came else self._last
-        self._take([Stamped(ns - epoch, frame) for ns, frame in came])
+        self._take([Stamped(ns - epoch, frame) for ns, frame in came], now)
         self._check_mode(now, GRANTED_LIVE)
         if self._since is not None and now - max(self._last, self._since) > SILENT:
             raise VehicleLost(f"the car's CAN has been silent for {(now - self._last) / SECOND:.2f} s")
@@ -114,7 +124,15 @@ class CanActuators:
         """Leave the bus; a car in automatic mode stops when its heart no longer beats."""
         self._link.close()
 
-    def _take(self, came: list[Stamped]) -> None:
+    def _fresh(self, name: str) -> bool:
+        """Whether a report is not older than it may be; one that has not come yet is waited for as long."""
+        since = self._now if self._listens is None else self._listens
+        return self._now - self._heard_at.get(name, since) < STALE
+
+    def _take(self, came: list[Stamped], now: int) -> None:
+        """Only valid reports of the car count as its life; other frames may be on the bus as well."""
+        self._now = now
+        self._listens = now if self._listens is None else self._listens
         for ns, frame in came:
             said = self._codec.read(frame)
             if said is None:
@@ -124,22 +142,23 @@ class CanActuators:
                 self._troubles.append(Trouble(ns / SECOND, f"CAN {said.message}", what, float(max(said.lost, 1))))
             if said.wrong:
                 continue
+            self._last = now
             self._heard.update(said.values)
+            self._heard_at.update(dict.fromkeys(said.values, now))
             heard = self._heard
             if "mode" in said.values:
                 value = round(said.values["mode"])
                 self._mode = next((name for name, number in self._map.mode.items() if number == value), f"{value}")
-            if "override" in said.values or "emergency_stop" in said.values:
-                self.hands = Hands(heard.get("override", 0.0) != 0.0, heard.get("emergency_stop", 0.0) != 0.0)
-            if "speed" in said.values and "steer" in heard:
+            if "speed" in said.values and "steer" in heard and self._fresh("steer"):
                 self._reports.append(Odometry(ns / SECOND, heard["speed"], heard["steer"]))
 
     def _check_mode(self, now: int, granted: int) -> None:
         """Raise VehicleLost if the car does not obey and no driver's hand is the reason."""
         if self._since is None or "mode" not in self._map.report or any(self.hands):
             return
-        if self._mode != "automatic" and now - self._since >= granted:
-            raise VehicleLost(f"the car's drive-by-wire is in mode {self._mode or 'unknown'}, asked for was automatic")
+        mode = self._mode if self._fresh("mode") else ""
+        if mode != "automatic" and now - self._since >= granted:
+            raise VehicleLost(f"the car's drive-by-wire is in mode {mode or 'unknown'}, asked for was automatic")
 
 
 def _opened(address: str) -> object:

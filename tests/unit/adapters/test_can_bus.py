@@ -11,7 +11,7 @@ pytest.importorskip("cantools")
 
 import can
 
-from vehicle.adapter import VehicleLost
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.messages import Command, Odometry
 from vehicle.surrogate.ecu import DriveByWire
@@ -278,3 +278,66 @@ def test_by_the_wall_clock_a_can_that_falls_silent_is_a_lost_car(live: LivePair)
         live.live(deaf=True)  # 140 ms
     with pytest.raises(VehicleLost, match=r"^the car's CAN has been silent for 0\.16 s$"):
         live.live(deaf=True)
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        pytest.param((0x7DF, bytes(8)), id="of another unit"),
+        pytest.param((275, bytes(8)), id="of the car, with a wrong checksum"),
+    ],
+)
+def test_by_the_wall_clock_other_frames_on_the_bus_are_no_life_of_the_car(
+    live: LivePair, frame: tuple[int, bytes]
+) -> None:
+    live.harness.apply(asked())
+    live.live()
+    message = can.Message(arbitration_id=frame[0], is_extended_id=False, data=frame[1])
+    for _ in range(7):  # 140 ms
+        live.spy.send(message)
+        live.live(deaf=True)
+    live.spy.send(message)
+    with pytest.raises(VehicleLost, match=r"^the car's CAN has been silent for 0\.16 s$"):
+        live.live(deaf=True)
+
+
+def without(pair: Pair, frame_id: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From now on the car leaves out one of its messages."""
+    frames = pair.unit._codec.frames
+    monkeypatch.setattr(
+        pair.unit._codec, "frames", lambda *values, **more: [f for f in frames(*values, **more) if f.id != frame_id]
+    )
+
+
+def test_hands_that_are_reported_no_longer_are_the_drivers_after_200_ms(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pair.harness.apply(asked())
+    pair.cycle()
+    without(pair, 275, monkeypatch)
+    seen = []
+    for _ in range(10):
+        pair.cycle()
+        seen.append(pair.harness.hands)
+    assert seen == [Hands(False, False)] * 9 + [Hands(True, False)]
+
+
+def test_hands_that_a_car_never_reports_are_the_drivers_after_200_ms(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without(pair, 275, monkeypatch)
+    seen = []
+    for _ in range(11):
+        pair.cycle()
+        seen.append(pair.harness.hands)
+    assert seen == [Hands(False, False)] * 10 + [Hands(True, False)]  # the first cycle's end is when it first listens
+
+
+def test_a_steering_angle_that_is_reported_no_longer_is_not_used(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For 200 ms the last one stands; then the speed alone is no report."""
+    pair.cycle()
+    without(pair, 272, monkeypatch)
+    pair.harness.reports()
+    for _ in range(20):
+        pair.cycle()
+    assert len(pair.harness.reports()) == 9
