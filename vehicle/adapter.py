@@ -17,8 +17,9 @@ class VehicleLost(ValueError):
 class Vehicle(Protocol):
     """A car: the digital twin, a real one, or a recording of one.
 
-    Life: `reset` once, then per tick `observe`, `apply`, `step`; `stop` brings it to a halt, `close` frees what it
-    holds and may be called at any time, more than once.
+    Life: `reset`, then per tick `observe`, `apply`, `step`; `stop` brings it to a halt, `close` frees what it holds and
+    may be called at any time, more than once. A car that is armed by keys is first reset, stepped without a command
+    until it tells its motion, from which it is armed, and then reset again for the run.
     """
 
     @property

@@ -18,7 +18,7 @@ import numpy as np
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.process import CarProcess, DriveByWireProcess, told_of
-from vehicle.adapters.ros2 import CALL, Ros2Vehicle
+from vehicle.adapters.ros2 import CALL, CAN, Ros2Vehicle
 from vehicle.messages import Command, FloatArray, Observation, Odometry, Surroundings, VehicleDescription, VehicleState
 from vehicle.wire import convert, topics
 from vehicle.wire.can_map import SignalMap
@@ -106,7 +106,19 @@ class LiveCar(Ros2Vehicle):
                 f"yaw={state.yaw:.2f} rad), turned by {degrees(turned):.0f} deg; "
                 f"allowed are {NEAR:g} m and {degrees(TURNED):.0f} deg"
             )
-        return msgspec.structs.replace(there, t=state.t)
+        return msgspec.structs.replace(there, t=state.t, steer=self._steered())
+
+    def _steered(self) -> float:
+        """Steering angle [rad] of the road wheel as the car reports it now. Raises VehicleLost if it reports none."""
+        if self._by_wire is None:
+            said = [convert.feedback_from_ros(message) for message in self._wire().take(topics.FEEDBACK)]
+        else:
+            self._by_wire.listen(0, 0)
+            said = self._by_wire.reports()
+        if not said:
+            where = topics.FEEDBACK.name if self._by_wire is None else CAN
+            raise VehicleLost(f"the car does not say how it steers: nothing on {where}")
+        return said[-1].steer
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call."""

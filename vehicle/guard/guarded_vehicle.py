@@ -30,6 +30,7 @@ from vehicle.messages import (
     brake_first,
 )
 
+MEASURING = 10  # cycles, 0.2 s, that a car has for its first measurement; chosen: ten at the rate that it needs
 STEER_RATE = 0.4  # rad/s; CommonRoad vehicle models (Althoff, Wuersching 2020), all cars
 
 
@@ -96,7 +97,9 @@ class GuardedVehicle:
     def reset(self, state: VehicleState, *, named: str | None = None, arming: Arming | None = None) -> None:
         """Reset the vehicle, then arm the gate: a vehicle that needs no keys at once, any other with both.
 
-        One without any key stays dry. Raises ArmingRefused if keys were given and do not fit.
+        One without any key stays dry. One that needs keys is armed from what it measures itself, not from `state`: it
+        is let go on without a command until it tells, and reset a second time. Raises ArmingRefused if keys were given
+        and do not fit, or if no measurement comes.
         """
         self._gate.disarm()
         self._vehicle.reset(state)
@@ -104,7 +107,20 @@ class GuardedVehicle:
         self._motion = Measured(state.t, state.x, state.y, state.yaw, state.v, state.steer)
         if self._keys and named is None and arming is None:
             return
+        if self._keys:
+            self._motion = self._measure(state)
         self.arm(named, arming)
+        self._motion = dataclasses.replace(self._motion, t=state.t)  # the run begins with it
+
+    def _measure(self, state: VehicleState) -> Measured:
+        """How the car says that it stands, as old at `state.t` as it was when it came. Raises ArmingRefused."""
+        for cycles in range(1, MEASURING + 1):
+            rows = self._vehicle.step(CYCLE)
+            if len(rows):
+                measured = _motion_of(rows)
+                self._vehicle.reset(state)
+                return dataclasses.replace(measured, t=measured.t - cycles * CYCLE)
+        raise ArmingRefused(f"the car's own measurement is missing: no motion within {MEASURING * CYCLE:g} s")
 
     def arm(self, named: str | None = None, arming: Arming | None = None) -> None:
         """Arm again, after an override or an emergency stop: with both keys. Raises ArmingRefused."""
@@ -151,7 +167,7 @@ class GuardedVehicle:
             rows.append(part)
             self._t += cycle
             if len(part):
-                self._motion = Measured(*(float(part[-1, TRACE_COLUMNS.index(name)]) for name in MOTION))
+                self._motion = _motion_of(part)
             left -= cycle
         return np.concatenate(rows)
 
@@ -178,3 +194,9 @@ class GuardedVehicle:
             return None
         hands = self._vehicle.hands if isinstance(self._vehicle, Supervised) else Hands(False, False)
         return dataclasses.replace(self._motion, override=hands.override, emergency_stop=hands.emergency_stop)
+
+
+def _motion_of(rows: FloatArray) -> Measured:
+    """The newest of rows (n, 12) of TRACE_COLUMNS; the driver's hands are not in them."""
+    t, x, y, yaw, v, steer = (float(rows[-1, TRACE_COLUMNS.index(name)]) for name in MOTION)
+    return Measured(t, x, y, yaw, v, steer)

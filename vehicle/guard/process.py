@@ -80,7 +80,7 @@ class GuardProcess:
 
     def reset(self, state: VehicleState, *, named: str | None = None, arming: Arming | None = None) -> None:
         """As of Gated. Raises ArmingRefused."""
-        self._do("reset", (state, Keys(named, arming)), None, ANSWER)
+        self._do("reset", (state, Keys(named, arming)), None, 2.0 * ANSWER)  # one that is armed is reset twice
 
     def arm(self, named: str | None = None, arming: Arming | None = None) -> None:
         """As of Gated. Raises ArmingRefused."""

@@ -22,7 +22,8 @@ from vehicle.adapters.process import Lease
 from vehicle.adapters.topic_car import Ros1Car, Ros2Car
 from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision, State
-from vehicle.messages import Command, VehicleState, no_surroundings
+from vehicle.messages import Command, Odometry, VehicleState, no_surroundings
+from vehicle.wire import convert, topics
 from vehicle.wire.dds import LOOPBACK
 
 START = VehicleState(t=0.0, x=30.0, y=5.0, yaw=0.3, v=0.0)
@@ -73,6 +74,23 @@ def test_a_car_that_stands_elsewhere_is_not_driven(
     x, y, yaw = place
     with pytest.raises(VehicleLost, match=says):
         car[0].reset(VehicleState(t=0.0, x=x, y=y, yaw=yaw, v=0.0))
+
+
+def test_it_is_reset_with_the_steering_angle_that_it_reports(
+    car: tuple[Ros2Car, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scenario knows of none. A car that reports none is not driven."""
+    answers = {
+        topics.ODOMETRY: [convert.state_to_ros(START, 10**9)],
+        topics.FEEDBACK: [convert.feedback_to_ros(Odometry(1.0, 0.0, 0.21), 10**9)],
+    }
+    take = car[0]._wire().take
+    monkeypatch.setattr(car[0]._wire(), "take", lambda topic: answers.get(topic, take(topic)))
+    car[0].reset(START)
+    assert car[0]._state.steer == pytest.approx(0.21)
+    answers[topics.FEEDBACK] = []
+    with pytest.raises(VehicleLost, match=r"^the car does not say how it steers: nothing on /vehicle/feedback$"):
+        car[0].reset(START)
 
 
 def test_behind_the_gate_it_stays_where_it_is_until_it_is_armed(car: tuple[Ros2Car, object]) -> None:

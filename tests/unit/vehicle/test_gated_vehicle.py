@@ -207,6 +207,42 @@ def test_one_key_is_none(named: str | None, arming: Arming | None) -> None:
         vehicle.reset(START, named=named, arming=arming)
 
 
+def test_a_real_car_is_armed_from_the_steering_angle_that_it_measures() -> None:
+    """0.1 rad where the scenario has 0: held in the first cycle, then back by 0.4 rad/s for 20 ms. The run itself
+    begins at its start, with nothing told to the car before."""
+
+    class Steered(DrivenCar):
+        def step(self, dt: float) -> FloatArray:
+            rows = super().step(dt)
+            rows[:, TRACE_COLUMNS.index("steer")] = 0.1
+            return rows
+
+    car = Steered(is_real=True)
+    vehicle, log = gated(car)
+    vehicle.reset(START, named="car", arming=KEY)
+    assert car.told == []
+    vehicle.apply(command(3.0))
+    vehicle.step(0.04)
+    assert [told.steer for told in car.told] == pytest.approx([0.1, 0.1 - 0.4 * 0.02])
+    assert (log[0].t, car.t) == (3.0, pytest.approx(3.04))
+
+
+@pytest.mark.parametrize(("late", "says"), [(None, "is missing: no motion within 0.2 s"), (0.1, "is missing or stale")])
+def test_a_real_car_whose_own_motion_is_missing_or_old_is_not_armed(late: float | None, says: str) -> None:
+    class Late(DrivenCar):
+        def step(self, dt: float) -> FloatArray:
+            rows = super().step(dt)
+            rows[:, 0] -= late or 0.0
+            return rows
+
+    car = Late(is_real=True)
+    car.dead = late is None
+    vehicle, _ = gated(car)
+    with pytest.raises(ArmingRefused, match=says):
+        vehicle.reset(START, named="car", arming=KEY)
+    assert not vehicle.armed
+
+
 def test_a_real_car_that_cannot_tell_of_its_driver_is_not_armed() -> None:
     vehicle, _ = gated(Car(is_real=True))
     with pytest.raises(ArmingRefused, match="Supervised"):
