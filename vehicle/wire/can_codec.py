@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
-from vehicle.wire.can_map import Place, SignalMap
+from vehicle.wire.can_map import Place, SignalMap, held_range
 from vehicle.wire.checksum import CHECKSUMS
 
 
@@ -139,12 +139,12 @@ def _by_message(places: Mapping[str, Place]) -> dict[str, dict[str, Place]]:
 
 
 def _raw(signal: Any, value: float) -> float:
-    """`value` in the signal's unit, within what its bits and its stated range can hold, on its grid."""
-    low, high = (
-        (-(1 << signal.length - 1), (1 << signal.length - 1) - 1) if signal.is_signed else (0, (1 << signal.length) - 1)
-    )
-    ends = sorted((low * signal.scale + signal.offset, high * signal.scale + signal.offset))
+    """`value` in the signal's unit, within what its bits and its stated range can hold, on its grid if it has one."""
+    ends = list(held_range(signal))
     if signal.minimum is not None and signal.maximum is not None and signal.minimum < signal.maximum:
         ends = [max(ends[0], signal.minimum), min(ends[1], signal.maximum)]
-    step = round((min(max(value, ends[0]), ends[1]) - signal.offset) / signal.scale)
+    within = float(min(max(value, ends[0]), ends[1]))
+    if signal.is_float:
+        return within
+    step = round((within - signal.offset) / signal.scale)
     return float(step * signal.scale + signal.offset)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,9 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "-": ("-", 1.0), "": ("-", 1.0), "1": ("-", 1.0), "%": ("-", 0.01), "percent": ("-", 0.01),
 }  # fmt: skip
 """Unit of a signal -> the SI unit and how much of it one is."""
+
+
+LARGEST_FLOAT = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127, 64: sys.float_info.max}  # IEEE 754, by bits
 
 
 class CanMapError(ValueError):
@@ -226,12 +230,22 @@ def _constant(file: Path, database: Any, part: str, name: str, value: Any) -> fl
     number = _number(file, part, name, value)
     message, _, signal = name.partition(".")
     bits = database.get_message_by_name(message).get_signal_by_name(signal)
-    least = -(1 << bits.length - 1) if bits.is_signed else 0
-    most = least + (1 << bits.length) - 1
-    low, high = sorted((least * bits.scale + bits.offset, most * bits.scale + bits.offset))
-    if not bits.is_float and not low <= number <= high:
+    low, high = held_range(bits)
+    if not low <= number <= high:
         raise CanMapError(f"{file}: [{part}] {name}: found {value!r}, allowed: {low:g} to {high:g}, as its bits hold")
     return number
+
+
+def held_range(signal: Any) -> tuple[float, float]:
+    """Least and greatest value of a DBC's signal, in its unit, that its bits can hold."""
+    if signal.is_float:
+        most = LARGEST_FLOAT[signal.length]
+        least = -most
+    else:
+        least = -(1 << signal.length - 1) if signal.is_signed else 0
+        most = least + (1 << signal.length) - 1
+    low, high = sorted((least * signal.scale + signal.offset, most * signal.scale + signal.offset))
+    return low, high
 
 
 def _known(file: Path, part: str, given: Iterable[str], allowed: Iterable[str]) -> None:

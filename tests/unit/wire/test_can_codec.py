@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,29 @@ def test_a_value_beyond_the_signal_goes_as_its_end() -> None:
     dbc = find_map().dbc
     assert independent(dbc, frames["DBW_STEER_CMD"])["ANGLE"] == pytest.approx(-1.6)
     assert independent(dbc, frames["DBW_BRAKE_CMD"])["PEDAL"] == pytest.approx(1.0)
+
+
+@pytest.fixture
+def floats(tmp_path: Path) -> Path:
+    """A car whose commands are IEEE floats: 32 bits, and 16 with a stated range."""
+    dbc = tmp_path / "car.dbc"
+    dbc.write_text(
+        'VERSION ""\nNS_ :\nBS_:\nBU_: A B\n'
+        'BO_ 256 CMD: 8 A\n SG_ STEER : 0|32@1- (1,0) [0|0] "rad" B\n SG_ ACC : 32|16@1- (1,0) [-8|4] "m/s^2" B\n'
+        'BO_ 257 REP: 8 B\n SG_ STEER : 0|32@1- (1,0) [0|0] "rad" A\n SG_ V : 32|32@1- (1,0) [0|0] "m/s" A\n'
+        "SIG_VALTYPE_ 256 STEER : 1;\nSIG_VALTYPE_ 256 ACC : 1;\n"
+        "SIG_VALTYPE_ 257 STEER : 1;\nSIG_VALTYPE_ 257 V : 1;\n"
+    )
+    dbc.with_suffix(".toml").write_text(
+        '[command]\nsteer = "CMD.STEER"\naccel = "CMD.ACC"\n[report]\nsteer = "REP.STEER"\nspeed = "REP.V"\n'
+    )
+    return dbc
+
+
+@pytest.mark.parametrize(("asked", "sent_as"), [(-1.5, -1.5), (-20.0, -8.0)])
+def test_a_signal_that_is_a_float_has_no_grid_but_its_range(floats: Path, asked: float, sent_as: float) -> None:
+    frame = sent(floats, steer=0.2, accel=asked)["CMD"]
+    assert struct.unpack("<fe", frame.data[:6]) == pytest.approx((0.2, sent_as), abs=1e-7)
 
 
 def test_what_is_no_number_is_refused() -> None:
