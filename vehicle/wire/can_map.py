@@ -126,6 +126,8 @@ def read_map(dbc: Path, file: Path, text: Mapping[str, Any]) -> SignalMap:
         for part in ("always", "automatic")
         for given in [_table(file, text, part)]
     ]  # fmt: skip
+    places = (*command.values(), *report.values(), *constants[0], *constants[1])
+    _check_signals(file, database, {place.message for place in places}, counter)
     return SignalMap(
         file, dbc, database, command, report, constants[0], constants[1], dict(modes), counter, checksum, kind
     )  # fmt: skip
@@ -205,6 +207,22 @@ def _protection(file: Path, database: Any, text: Mapping[str, Any]) -> tuple[str
             if signal.name == checksum and (signal.length != 8 or _first_bit(signal) % 8):
                 raise CanMapError(f"{file}: [protection] checksum: {message.name}.{checksum} is no whole byte")
     return given.get("counter", ""), checksum, kind
+
+
+def _check_signals(file: Path, database: Any, messages: set[str], counter: str) -> None:
+    """Raises CanMapError if a signal can carry no value, or a counter is not one from 0 to what its bits hold.
+
+    All signals of the `messages` count: who sends a frame fills each of them.
+    """
+    for name in sorted(messages):
+        for signal in database.get_message_by_name(name).signals:
+            if signal.scale == 0:
+                raise CanMapError(f"{file}: {name}.{signal.name} has scale 0 in the DBC, allowed: any other number")
+            plain = (signal.is_signed, signal.is_float, signal.scale, signal.offset) == (False, False, 1, 0)
+            if signal.name == counter and not plain:
+                kind = "a float" if signal.is_float else "signed" if signal.is_signed else "scaled"
+                allowed = "unsigned, with scale 1 and offset 0"
+                raise CanMapError(f"{file}: [protection] counter: {name}.{counter} is {kind}, allowed: {allowed}")
 
 
 def _first_bit(signal: Any) -> int:

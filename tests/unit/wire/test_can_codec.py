@@ -166,6 +166,32 @@ def test_a_wrong_map_is_one_line(tmp_path: Path, before: str, after: str, says: 
     assert "car.toml" in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "says"),
+    [
+        ("LKA_STATE : 31|8@0+ (1,0)", "LKA_STATE : 31|8@0+ (0,0)", r"STEERING_LKA\.LKA_STATE has scale 0 in the DBC"),
+        (
+            "STEER_ANGLE : 7|16@0- (0.05,0)",
+            "STEER_ANGLE : 7|16@0- (0,0)",
+            r"SENSOR\.STEER_ANGLE has scale 0 in the DBC",
+        ),
+        ("COUNTER : 6|6@0+", "COUNTER : 6|6@0-", r"STEERING_LKA\.COUNTER is signed, allowed: unsigned, with scale 1"),
+        ("COUNTER : 6|6@0+ (1,0)", "COUNTER : 6|6@0+ (2,0)", r"STEERING_LKA\.COUNTER is scaled, allowed: unsigned"),
+    ],
+)
+def test_a_signal_that_cannot_carry_what_it_is_for_is_one_line(
+    tmp_path: Path, before: str, after: str, says: str
+) -> None:
+    """Also one that the map does not name, if it is in a message of the map: who sends a frame fills all of it."""
+    text = SEDAN.read_text()
+    assert before in text
+    (tmp_path / "car.dbc").write_text(text.replace(before, after))
+    (tmp_path / "car.toml").write_text(SEDAN.with_suffix(".toml").read_text())
+    with pytest.raises(CanMapError, match=rf"car\.toml: .*{says}") as refused:
+        find_map(tmp_path / "car.dbc")
+    assert "\n" not in str(refused.value)
+
+
 def test_a_missing_map_and_a_broken_dbc_are_one_line(tmp_path: Path) -> None:
     (tmp_path / "car.dbc").write_text("BO_ what")
     with pytest.raises(CanMapError, match=r"car\.toml: no signal map for car\.dbc: No such file"):
