@@ -154,6 +154,8 @@ class Ros2Vehicle:
         if not self._lost and self._end is not None:
             hard = -self._description.max_deceleration
             self.apply(Command(self._now / convert.SECOND, self._steers[-1].steer, hard, 0.0, 1.0))
+            if self._by_wire is not None:
+                self._by_wire.cycle(self._now)  # no step follows that would send it
 
     def close(self) -> None:
         """Leave the domain."""

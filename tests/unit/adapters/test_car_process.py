@@ -89,6 +89,27 @@ def test_over_can_stepped_time_gives_the_same_bytes_again(dbc: Path | None) -> N
     assert len(digests) == 1
 
 
+def test_over_can_a_car_that_is_stopped_is_sent_full_braking_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No step follows: a harness that stops a car has no more to do with it. The wheel stays where it is."""
+    pytest.importorskip("cantools")
+    from vehicle.wire.can_codec import Codec, Frame
+    from vehicle.wire.can_map import find_map
+
+    car = surrogate(seed=7, can=find_map())
+    try:
+        drive(car, 4)
+        frames: list[Frame] = []
+        assert car.by_wire is not None
+        monkeypatch.setattr(car.by_wire._link, "send", frames.append)
+        car.stop()
+    finally:
+        car.close()
+    reader = Codec(find_map(), sends="report")
+    said = {key: value for frame in frames for key, value in reader.read(frame).values.items()}
+    assert (said["brake"], said["throttle"]) == (1.0, 0.0)
+    assert said["steer"] == pytest.approx(0.05, abs=0.02)
+
+
 def test_it_obeys_and_says_where_it_is(car: CarProcess) -> None:
     """1 m/s^2 for 2 s from 3 m/s, less 0.108 m/s^2 of rolling and the motor's lag of some 20 ms."""
     car.reset(START)
