@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from pytest_dvp.drive.recorded_motion import check_motion
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.bag import messages, open_bag
 from pytest_dvp.logs.formats.ros_bag import Decoder, bag_of
@@ -80,6 +81,8 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     for row, motion in zip(table, motions, strict=True):
         felt = forces.get(motion.t)
         row[9:11] = (felt.ax, felt.ay) if felt is not None else np.nan
+    given = {"x": table[:, 1], "y": table[:, 2], "yaw": table[:, 4], "v": table[:, 5]}
+    check_motion(str(path), table[:, 0] - begin, given)
     table[:, 4] = np.unwrap(table[:, 4])
     if wheels:
         table[:, 11] = np.interp(table[:, 0], [w.t for w in wheels], [w.steer for w in wheels])

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import msgspec
 import numpy as np
 
+from pytest_dvp.drive.recorded_motion import check_motion
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.log_part import parse_argument
 from vehicle.adapters.replay import Arrived, Recording
 from vehicle.messages import (
@@ -53,9 +53,7 @@ def open_recording(argument: str, car: VehicleDescription) -> tuple[Recording, b
 
 def _of_columns(name: str, log: Log, car: VehicleDescription) -> Recording:
     given = {key: values - values[0] if key == "t" else values for key, values in log.columns.items()}
-    for needed in ("x", "y", "yaw", "v"):
-        if needed not in given:
-            raise LogError(f"{name}: a recording needs x, y, yaw and v; it has no {needed}", "log.no_motion")
+    check_motion(name, log.t, log.columns)
     t = given["t"]
     grid = np.arange(math.floor(t[-1] / STEP + 1e-6) + 1) * STEP
 
@@ -69,8 +67,6 @@ def _of_columns(name: str, log: Log, car: VehicleDescription) -> Recording:
     nothing = np.zeros(len(grid))
     x, y, v = (on_grid(key, nothing) for key in ("x", "y", "v"))
     turned = np.isfinite(given["yaw"])
-    if not turned.any():
-        raise LogError(f"{name}: a recording needs x, y, yaw and v; its yaw holds no value", "log.no_motion")
     yaw = np.interp(grid, t[turned], np.unwrap(given["yaw"][turned]))
     rate = on_grid("yaw_rate", np.gradient(yaw, STEP) if len(grid) > 1 else nothing)
     moving = np.where(np.abs(v) > STANDING, v, np.inf)
