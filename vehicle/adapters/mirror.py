@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 SAME = 1e-6  # s: two stamps this close are one instant
 REMEMBERED = 20  # ticks: 1 s, more than any sensor is late
-BEARING = np.radians(0.5)  # a real return hides the virtual ones of its bearing
+BEARING = np.radians(0.5)  # width of a bearing, in which a real thing hides what is behind it; chosen
+_APART = 1e6  # m, more than any return is away: bearing and distance in one number
 OVERLAP = 0.5  # of the union: two image boxes that are one object
 
 
@@ -92,7 +93,7 @@ class Parallel:
     """A real car among virtual road users: they are rendered into its own sensors' measurements.
 
     When a scan or an image of the car comes, the virtual objects are rendered as that sensor would have met them at
-    its stamp, from the mirrored pose of then, and merged. Real detections always win. `seed` of the rendering's noise.
+    its stamp, from the mirrored pose of then, and merged. All real ones stay. `seed` of the rendering's noise.
     `perception` holds the twin's perception effects: what the car's own sensors would make of the virtual objects.
     """
 
@@ -208,12 +209,23 @@ def in_parallel(vehicle: Vehicle, seed: int = 0, perception: Iterable[AppliedEff
 
 
 def merged_points(real: FloatArray, virtual: FloatArray) -> FloatArray:
-    """Real returns (n, 3) [m] and those virtual ones (m, 3) [m] in whose bearing there is no real one."""
+    """Real returns (n, 3) [m] in the LiDAR's frame, and those virtual ones (m, 3) [m] that no real thing hides.
+
+    A thing hides what is farther away in its bearing and not higher, seen from the LiDAR: it stands on the ground, of
+    which returns therefore hide nothing that stands on it.
+    """
     if not len(real) or not len(virtual):
         return virtual if len(virtual) else real
-    taken = np.unique(_bearing(real))
-    free = virtual[~np.isin(_bearing(virtual), taken)]
-    return np.concatenate([real, free])
+    near = real[np.isin(_bearing(real), np.unique(_bearing(virtual)))]
+    near = near[np.hypot(near[:, 0], near[:, 1]) > 0.0]  # a scanner may fill up its scan with zeros
+    bearing, away, up = _bearing(near), *_seen(near)
+    order = np.lexsort((away, bearing))
+    # Highest elevation so far, within a bearing: elevations are within pi of each other, bearings are 4 apart.
+    place, highest = bearing[order] * _APART + away[order], np.maximum.accumulate(4.0 * bearing[order] + up[order])
+    own, distance, elevation = _bearing(virtual), *_seen(virtual)
+    nearer = np.searchsorted(place, own * _APART + distance)
+    hidden = np.concatenate([[-np.inf], highest])[nearer] >= 4.0 * own + elevation
+    return np.concatenate([real, virtual[~hidden]])
 
 
 def merged_boxes(real: tuple[CameraBox, ...], virtual: tuple[CameraBox, ...]) -> tuple[CameraBox, ...]:
@@ -224,6 +236,12 @@ def merged_boxes(real: tuple[CameraBox, ...], virtual: tuple[CameraBox, ...]) ->
 def _bearing(points: FloatArray) -> FloatArray:
     cells: FloatArray = np.floor(np.arctan2(points[:, 1], points[:, 0]) / BEARING)
     return cells
+
+
+def _seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distance [m] along the ground, and elevation [rad], of points (n, 3)."""
+    away = np.hypot(points[:, 0], points[:, 1])
+    return away, np.arctan2(points[:, 2], away)
 
 
 def _overlap(a: CameraBox, b: CameraBox) -> float:

@@ -1,4 +1,4 @@
-"""The mirror shows a car where it is now from a measurement 20 ms old; virtual objects never hide real ones."""
+"""The mirror shows a car where it is now from a measurement 20 ms old; all that is real is seen."""
 
 from __future__ import annotations
 
@@ -59,10 +59,51 @@ def test_without_a_new_measurement_the_last_one_carries_on() -> None:
     assert mirror.show(0.07, np.zeros((0, 12)))[-1, 1] == pytest.approx(0.7)
 
 
-def test_a_real_return_hides_the_virtual_one_of_its_bearing_only() -> None:
-    real = np.array([[30.0, 0.1, 0.0]])
-    virtual = np.array([[10.0, 0.03, 0.0], [0.0, 10.0, 0.0]])
-    assert merged_points(real, virtual).tolist() == [[30.0, 0.1, 0.0], [0.0, 10.0, 0.0]]
+def ring(radius: float, height: float) -> FloatArray:
+    """Returns all around, 0.2 degrees apart."""
+    angle = np.radians(np.arange(-180.0, 180.0, 0.2))
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.full(len(angle), height)])
+
+
+def kept(real: FloatArray, virtual: FloatArray) -> list[list[float]]:
+    merged = merged_points(real, virtual)
+    assert merged[: len(real)].tolist() == real.tolist()
+    rest: list[list[float]] = merged[len(real) :].tolist()
+    return rest
+
+
+def test_a_real_return_hides_what_is_behind_it_in_its_bearing() -> None:
+    """Both 1 m below the LiDAR; what is nearer, or 90 degrees to the side, is seen."""
+    real = np.array([[20.0, 0.1, -0.5]])
+    near, beside, behind = [10.0, 0.05, -1.0], [0.0, 30.0, -1.0], [30.0, 0.15, -1.0]
+    assert kept(real, np.array([near, beside, behind])) == [near, beside]
+
+
+def test_what_is_higher_than_the_real_thing_before_it_is_seen_over_it() -> None:
+    """A car's roof 0.2 m above a LiDAR, 10 m away: at 30 m it hides what is below 0.6 m."""
+    car = ring(10.0, 0.2)
+    low, high = [30.0, 0.0, 0.59], [30.0, 0.0, 0.61]
+    assert kept(car, np.array([low, high])) == [high]
+
+
+def test_the_ground_hides_nothing_that_stands_on_it() -> None:
+    """A LiDAR at 1.5 m; rings of the ground before, below and behind a car whose rear is 16 m away."""
+    ground = np.concatenate([ring(radius, -1.5) for radius in (5.0, 10.0, 15.9, 21.0, 40.0)])
+    across = np.linspace(-0.9, 0.9, 40)
+    rear = np.concatenate([np.column_stack([np.full(40, 16.0), across, np.full(40, z)]) for z in (-1.4, -0.5, 0.0)])
+    assert len(kept(ground, rear)) == len(rear)
+
+
+def test_the_highest_of_all_real_returns_before_it_counts() -> None:
+    """A wall at 8 m, with a kerb before and a low thing behind it, in one bearing; and the bearings next to it."""
+    real = np.array([[5.0, 0.02, -1.4], [8.0, 0.03, 2.0], [12.0, 0.05, -1.0]])
+    assert kept(real, np.array([[20.0, 0.08, 0.0], [7.9, 0.03, 0.0], [20.0, 0.5, 0.0], [20.0, -0.5, 0.0]])) == [
+        [7.9, 0.03, 0.0], [20.0, 0.5, 0.0], [20.0, -0.5, 0.0],
+    ]  # fmt: skip
+
+
+def test_returns_that_a_scanner_fills_up_with_zeros_hide_nothing() -> None:
+    assert kept(np.zeros((5, 3)), np.array([[10.0, 0.05, -1.0]])) == [[10.0, 0.05, -1.0]]
 
 
 def test_a_real_image_box_stands_for_the_virtual_one_on_it() -> None:
