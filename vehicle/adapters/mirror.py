@@ -183,7 +183,7 @@ class Parallel:
 
     def _merged_scan(self, real: LidarScan) -> LidarScan:
         pose, around = self._then(real.t)
-        self._lidar.measure(real.t, *pose, around.seen_by("lidar").boxes)
+        self._lidar.measure(real.t, *pose, around.seen_by("lidar").boxes, around.extinction)
         virtual = self._lidar.arrived(real.t)
         return real if virtual is None else LidarScan(real.t, merged_points(real.points, virtual.points))
 

@@ -7,8 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from vehicle.adapters.mirror import Mirror, extrapolated, merged_boxes, merged_points
-from vehicle.messages import CameraBox, FloatArray
+from vehicle.adapters.mirror import Mirror, Parallel, extrapolated, merged_boxes, merged_points
+from vehicle.messages import (
+    CameraBox,
+    Command,
+    FloatArray,
+    LidarScan,
+    Observation,
+    Surroundings,
+    VehicleDescription,
+    VehicleState,
+)
 
 
 def row(t: float, x: float, y: float = 0.0, yaw: float = 0.0, v: float = 0.0, rate: float = 0.0, ax: float = 0.0):
@@ -104,6 +113,44 @@ def test_the_highest_of_all_real_returns_before_it_counts() -> None:
 
 def test_returns_that_a_scanner_fills_up_with_zeros_hide_nothing() -> None:
     assert kept(np.zeros((5, 3)), np.array([[10.0, 0.05, -1.0]])) == [[10.0, 0.05, -1.0]]
+
+
+class Standing:
+    """A car that stands at the origin and sees nothing."""
+
+    description = VehicleDescription(3.0, 1.5, 1.4, 2.0, 1.0, 0.35, 10.0, 3.0, 7.0, 700.0, lidar_x=1.2)
+    is_real = False
+
+    def reset(self, state: VehicleState) -> None:
+        pass
+
+    def observe(self, surroundings: Surroundings) -> Observation:
+        return Observation(0.0, lidar=LidarScan(0.0, np.zeros((0, 3))))
+
+    def apply(self, command: Command) -> None:
+        pass
+
+    def step(self, dt: float) -> FloatArray:
+        return np.zeros((0, 12))
+
+    def stop(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("visual_range", "seen"), [(math.inf, True), (5.0, False)])
+def test_the_virtual_lidar_sees_no_farther_than_the_fog_lets_it(visual_range: float, seen: bool) -> None:
+    """A car's rear 18 m away. Of what 5 m of visual range leave, a LiDAR of 80 m reach sees 4.7 m:
+    R exp(R ln(20) / 5) = 80."""
+    car = Parallel(Standing())
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+    box = np.array([[20.0, 0.0, 0.75, 0.0, 4.0, 1.8, 1.5, 0.0, 0.0]])
+    around = Surroundings(box, np.zeros(1, dtype=np.int64), ("a",), extinction=math.log(20.0) / visual_range)
+    scan = car.observe(around).lidar
+    assert scan is not None
+    assert (len(scan.points) > 0) == seen
 
 
 def test_a_real_image_box_stands_for_the_virtual_one_on_it() -> None:
