@@ -39,10 +39,10 @@ _XX, _YY = 0, 7  # of the 6 x 6 covariance of a pose, row by row
 
 
 class Heading(NamedTuple):
-    """Heading [rad] with its standard deviation, at `t` [s]."""
+    """Heading [rad] with its standard deviation, at `t` [s]; None: its source has no estimate then."""
 
     t: float
-    yaw: float
+    yaw: float | None
     sigma: float
 
 
@@ -182,7 +182,11 @@ def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAUL
 
 
 def heading_from_ros(message: Any) -> Heading:
-    """The heading of two antennas."""
+    """The heading of two antennas; None if the message says that it is not known (covariance -1, as sensor_msgs says),
+    or where its quaternion is no turn, all 0."""
+    q = message.orientation
+    if message.orientation_covariance[0] == -1.0 or not any((q.x, q.y, q.z, q.w)):
+        return Heading(seconds(message.header), None, 0.0)
     return Heading(seconds(message.header), yaw_of(message.orientation), sqrt(message.orientation_covariance[8]))
 
 
