@@ -33,7 +33,8 @@ class Mount:
 class Timing:
     """When a sensor measures and what becomes of it.
 
-    `rate` [Hz] of measurements; `latency` [s] from measurement to delivery; `dropout` share of them lost, 0..1.
+    `rate` [Hz] of measurements, on the grid on which it is asked: 100 Hz of the trace, 20 Hz of the ticks; `latency`
+    [s] from measurement to delivery; `dropout` share of them lost, 0..1.
     """
 
     rate: float

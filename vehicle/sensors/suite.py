@@ -22,6 +22,7 @@ from vehicle.messages import (
     VehicleDescription,
 )
 from vehicle.model.car import Car
+from vehicle.model.errors import ModelError
 from vehicle.sensors.camera import Camera
 from vehicle.sensors.common import Mount, Timing
 from vehicle.sensors.further import further_sensors
@@ -31,6 +32,7 @@ from vehicle.sensors.lidar import Lidar
 from vehicle.sensors.odometry import WheelOdometry
 
 SENSORS = ("gnss", "odometry", "imu", "lidar", "camera")  # those with a message of their own, as Observation has them
+HIGHEST = {"gnss": 100.0, "odometry": 100.0, "imu": 100.0, "lidar": 20.0, "camera": 20.0}  # Hz: rows of motion, ticks
 TABBY_CENTER_X = 1.18  # m, rear axle to the middle of the TABBY EVO
 
 
@@ -56,7 +58,11 @@ class Sensor(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class SensorSuite:
-    """Which sensors a car has; None = it lacks that one. further: others, by the name of their file."""
+    """Which sensors a car has; None = it lacks that one. further: others, by the name of their file.
+
+    Sensors of motion measure at most at the 100 Hz of the trace, LiDAR and camera at the 20 Hz of the ticks. Raises
+    ModelError for a rate above that.
+    """
 
     gnss: Gnss | None = None
     odometry: WheelOdometry | None = None
@@ -64,6 +70,13 @@ class SensorSuite:
     lidar: Lidar | None = None
     camera: Camera | None = None
     further: Mapping[str, Sensor] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, highest in HIGHEST.items():
+            sensor = getattr(self, name)
+            if sensor is not None and sensor.timing.rate > highest:
+                found, allowed = f"{sensor.timing.rate:g}", f"more than 0 to {highest:g} Hz"
+                raise ModelError("value not allowed", key=f"{name} rate", found=found, allowed=allowed)
 
     def with_mount_x(self, sensor: str, x: float) -> SensorSuite:
         """The suite with `sensor` ("gnss", "imu", "lidar" or "camera") moved to `x` [m]; unchanged if it lacks it."""

@@ -10,7 +10,7 @@ import pytest
 
 from vehicle.messages import Observation, no_surroundings
 from vehicle.model.errors import ModelError
-from vehicle.sensors import Gnss, InertialUnit, Mount, SensorSuite, Timing, WheelOdometry
+from vehicle.sensors import Gnss, InertialUnit, Mount, SensorSuite, Timing, WheelOdometry, default_sensors
 
 EMPTY = no_surroundings()
 
@@ -140,6 +140,18 @@ def test_a_sensor_of_its_own_generator_does_not_move_the_others() -> None:
     alone = _watch(SensorSuite(gnss=noisy), 2.0)
     together = _watch(SensorSuite(gnss=noisy, imu=SILENT_IMU, odometry=WheelOdometry(Timing(50.0))), 2.0)
     assert [o.gnss for o in alone] == [o.gnss for o in together]
+
+
+@pytest.mark.parametrize(
+    ("sensor", "rate", "allowed"),
+    [("gnss", 101.0, 100), ("odometry", 200.0, 100), ("imu", 200.0, 100), ("lidar", 30.0, 20), ("camera", 30.0, 20)],
+)
+def test_a_rate_that_cannot_be_kept_is_refused(sensor: str, rate: float, allowed: int) -> None:
+    """Motion is known at 100 Hz, and the surroundings at 20 Hz; as often, a sensor may measure."""
+    found = getattr(default_sensors(), sensor)
+    SensorSuite(**{sensor: replace(found, timing=Timing(float(allowed)))})
+    with pytest.raises(ModelError, match=f"{sensor} rate.*{rate:g}.*to {allowed} Hz"):
+        SensorSuite(**{sensor: replace(found, timing=Timing(rate))})
 
 
 @pytest.mark.parametrize(
