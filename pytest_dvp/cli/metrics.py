@@ -37,6 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
             "miss": metric.miss,
             "logs": metric.logs,
             "options": {key: _default(value) for key, value in metric.options.items()},
+            "ranges": {key: str(allowed) for key, allowed in metric.ranges.items()},
             "definition": metric.definition,
         }
         for metric in chosen
@@ -50,7 +51,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{metric.name} [{metric.unit}], {DIRECTION[metric.bigger_is_worse]}{two}{miss}")
         for paragraph in metric.definition.split("\n\n"):
             print(textwrap.fill(" ".join(paragraph.split()), 100, initial_indent="    ", subsequent_indent="    "))
-        given = [f"{key} = {_told(v)}" for key, v in metric.options.items()]
+        ranges = {key: f" ({allowed})" for key, allowed in metric.ranges.items()}
+        given = [f"{key} = {_told(v)}{ranges.get(key, '')}" for key, v in metric.options.items()]
         print(*([f"    options: {', '.join(given)}"] if given else []), sep="\n", end="\n" if given else "")
     return 0
 

@@ -14,7 +14,7 @@ A package of its own offers its module under the entry point group `pytest_dvp.m
 """
 
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import Measured, Metric, MetricError, MetricValue, Series, metric
+from pytest_dvp.metrics.metric import Measured, Metric, MetricError, MetricValue, Range, Series, metric
 from pytest_dvp.metrics.registry import compute, find_metric, known_metrics
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Metric",
     "MetricError",
     "MetricValue",
+    "Range",
     "Series",
     "Undefined",
     "compute",

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray, ObjectTrack
 from pytest_dvp.metrics._ego_box import ego_size
+from pytest_dvp.metrics.metric import NOT_NEGATIVE, POSITIVE
 
 SAME_TIME = 1e-6  # s
+AHEAD = {"reach": POSITIVE, "beside": NOT_NEGATIVE, "within": POSITIVE}  # ranges of these options, in m
 SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans
 
 

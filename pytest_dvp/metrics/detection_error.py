@@ -6,11 +6,18 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._objects_ahead import objects_ahead
+from pytest_dvp.metrics._objects_ahead import AHEAD, objects_ahead
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 
-@metric(name="detection_error", unit="m", bigger_is_worse=True, open_loop=True, note="root mean square of the position")
+@metric(
+    name="detection_error",
+    unit="m",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="root mean square of the position",
+    ranges=AHEAD,
+)
 def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
     """Root mean square of the distance between road users ahead and the nearest detection of the same kind.
 
@@ -33,7 +40,7 @@ def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, withi
     return Measured(rms, float(t[worst]), str(names[worst]), Series(t[order], error[order]), extra)
 
 
-@metric(name="missed_objects", unit="s", bigger_is_worse=True, open_loop=True)
+@metric(name="missed_objects", unit="s", bigger_is_worse=True, open_loop=True, ranges=AHEAD)
 def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
     """Total time during which a road user ahead had no detection of its kind near it; arguments as `detection_error`.
 

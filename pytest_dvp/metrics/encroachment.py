@@ -7,12 +7,18 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._pairs import pairs
-from pytest_dvp.metrics.metric import Measured, metric
+from pytest_dvp.metrics.metric import POSITIVE, Measured, metric
 
 LONGEST = 10.0  # s
 
 
-@metric(name="pet", unit="s", bigger_is_worse=False, note="looked for up to {longest} s; resolved to a step of a track")
+@metric(
+    name="pet",
+    unit="s",
+    bigger_is_worse=False,
+    note="looked for up to {longest} s; resolved to a step of a track",
+    ranges={"longest": POSITIVE},
+)
 def pet(log: Log, *, longest: float = LONGEST) -> Measured:
     """Post-encroachment time: least time between one leaving a place and the other one coming to it; 0 at a contact.
 

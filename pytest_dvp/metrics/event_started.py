@@ -8,7 +8,7 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, metric
 
 
-@metric(name="event_started", unit="-", bigger_is_worse=True)
+@metric(name="event_started", unit="-", bigger_is_worse=None)
 def event_started(log: Log, *, event: str) -> Measured:
     """How often the storyboard event `event` began: bound it with `max = 0` or `min = 1`.
 

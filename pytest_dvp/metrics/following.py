@@ -6,23 +6,23 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
-from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._box_gaps import extents
 from pytest_dvp.metrics._pairs import Course, pairs, worst_of
-from pytest_dvp.metrics.metric import Measured, metric
+from pytest_dvp.metrics.metric import POSITIVE, Measured, Range, metric
 
 RESOLUTION = 0.1  # m; nearer than a log tells a gap, a contact counts as this
+RESOLVED = Range(0.0, 1.0, above=True)  # m, chosen: a contact at 5 m/s still asks for 12.5 m/s^2, beyond any brake
 
 
-@metric(name="time_headway", unit="s", bigger_is_worse=False, note="ego faster than {slow} m/s")
+@metric(
+    name="time_headway", unit="s", bigger_is_worse=False, note="ego faster than {slow} m/s", ranges={"slow": POSITIVE}
+)
 def time_headway(log: Log, *, slow: float = 0.5) -> Measured:
     """Least time gap to what is straight ahead: free distance from front to rear bumper over the ego's own speed.
 
     Only while the ego drives forwards faster than `slow` [m/s]. Source: time gap of ISO 15622:2018 (clearance over
     speed). Straight ahead is the strip as wide as the ego. Undefined if nobody was ahead of the moving ego.
     """
-    if slow <= 0.0:
-        raise Undefined("slow must be greater than 0")
     courses = []
     for name, t, ego, box in pairs(log):
         gap, speed, _ = _ahead(ego, box)
@@ -35,6 +35,7 @@ def time_headway(log: Log, *, slow: float = 0.5) -> Measured:
     unit="m/s^2",
     bigger_is_worse=True,
     note="gaps below {resolution} m count as that",
+    ranges={"resolution": RESOLVED},
 )
 def required_deceleration(log: Log, *, resolution: float = RESOLUTION) -> Measured:
     """Greatest constant deceleration at which the ego would just not hit what is straight ahead: dv^2 / (2 gap).
@@ -43,8 +44,6 @@ def required_deceleration(log: Log, *, resolution: float = RESOLUTION) -> Measur
     closes. Source: deceleration rate to avoid a crash (DRAC), Cooper and Ferguson, Traffic Engineering + Control 17
     (1976) 306. Undefined if nobody was ever ahead.
     """
-    if resolution <= 0.0:
-        raise Undefined("the resolution must be greater than 0")
     courses = []
     for name, t, ego, box in pairs(log):
         gap, _, closing = _ahead(ego, box)

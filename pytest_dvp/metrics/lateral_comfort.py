@@ -8,12 +8,12 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import Measured, Series, metric
+from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
 
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 
 
-@metric(name="max_lateral_acceleration", unit="m/s^2", bigger_is_worse=True, note=_FILTER)
+@metric(name="max_lateral_acceleration", unit="m/s^2", bigger_is_worse=True, note=_FILTER, ranges={"cutoff": LOW_PASS})
 def max_lateral_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest magnitude of the lateral acceleration of the reference point: v * yaw_rate + d(vy)/dt, filtered.
 
@@ -26,7 +26,7 @@ def max_lateral_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(abs(acceleration[worst])), float(t[worst]), "", Series(t, acceleration))
 
 
-@metric(name="max_lateral_jerk", unit="m/s^3", bigger_is_worse=True, note=_FILTER)
+@metric(name="max_lateral_jerk", unit="m/s^3", bigger_is_worse=True, note=_FILTER, ranges={"cutoff": LOW_PASS})
 def max_lateral_jerk(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest magnitude of the time derivative of the lateral acceleration of `max_lateral_acceleration`.
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 from pytest_dvp.logs.log_contents import FloatArray
@@ -76,6 +78,32 @@ class MetricValue:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class Range:
+    """Numbers that an option of a metric may be, in the option's unit: from `low` to `high`, both included.
+
+    above: `low` itself is excluded. `str()` says it in words: "> 0 and <= 0.1".
+    """
+
+    low: float = -math.inf
+    high: float = math.inf
+    above: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a number is in the range."""
+        return (value > self.low if self.above else value >= self.low) and value <= self.high
+
+    def __str__(self) -> str:
+        ends = [f"{'>' if self.above else '>='} {self.low:g}"] if math.isfinite(self.low) else []
+        ends += [f"<= {self.high:g}"] if math.isfinite(self.high) else []
+        return " and ".join(ends)
+
+
+POSITIVE = Range(0.0, above=True)
+NOT_NEGATIVE = Range(0.0)
+LOW_PASS = Range(0.1)  # Hz, chosen: a low pass of less leaves nothing of a manoeuvre that takes seconds
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Metric:
     """A metric of the catalogue.
 
@@ -87,6 +115,7 @@ class Metric:
     open_loop        says something of stack or car even where the ego's motion is a recording's, not the stack's doing
     scale            how much of it, in its unit, counts as one whole margin in a campaign where a gate's bound is 0
     options          keyword arguments of the function with their defaults; REQUIRED for those without
+    ranges           the numbers that an option may be, by its name; any finite number for one that is not named
     """
 
     name: str
@@ -101,6 +130,7 @@ class Metric:
     open_loop: bool = False
     ideal: float | None = None
     scale: float = 1.0
+    ranges: Mapping[str, Range] = dataclasses.field(default_factory=dict)
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -120,10 +150,12 @@ def metric(
     open_loop: bool = False,
     ideal: float | None = None,
     scale: float = 1.0,
+    ranges: Mapping[str, Range] = MappingProxyType({}),
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
     The function raises Undefined where the log does not define the metric. `note` may hold `{option}` fields.
+    Raises ValueError for a range of what is no option.
     """
 
     def wrap(function: Callable[..., Measured]) -> Metric:
@@ -131,6 +163,24 @@ def metric(
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
         text = inspect.cleandoc(function.__doc__ or "")
-        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop, ideal, scale)
+        if not ranges.keys() <= options.keys():
+            raise ValueError(
+                f"ranges of metric {name!r} name {sorted(ranges.keys() - options.keys())}: no option of it"
+            )
+        return Metric(
+            name,
+            unit,
+            bigger_is_worse,
+            logs,
+            text,
+            note,
+            options,
+            function,
+            miss,
+            open_loop,
+            ideal,
+            scale,
+            dict(ranges),
+        )
 
     return wrap

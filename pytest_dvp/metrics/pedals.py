@@ -8,12 +8,18 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import Measured, Series, metric
+from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
 
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 
 
-@metric(name="max_deceleration", unit="m/s^2", bigger_is_worse=True, note=f"speed through a {_FILTER}")
+@metric(
+    name="max_deceleration",
+    unit="m/s^2",
+    bigger_is_worse=True,
+    note=f"speed through a {_FILTER}",
+    ranges={"cutoff": LOW_PASS},
+)
 def max_deceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest deceleration: of the derivative of the speed `v`, filtered as in `max_jerk`, with the other sign.
 
@@ -25,7 +31,13 @@ def max_deceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(-a[worst]), float(t[worst]), "", Series(t, -a))
 
 
-@metric(name="max_acceleration", unit="m/s^2", bigger_is_worse=True, note=f"speed through a {_FILTER}")
+@metric(
+    name="max_acceleration",
+    unit="m/s^2",
+    bigger_is_worse=True,
+    note=f"speed through a {_FILTER}",
+    ranges={"cutoff": LOW_PASS},
+)
 def max_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest acceleration: of the derivative of the speed `v`, filtered as in `max_jerk`.
 
@@ -37,7 +49,13 @@ def max_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(a[worst]), float(t[worst]), "", Series(t, a))
 
 
-@metric(name="accel_roughness", unit="m/s^3", bigger_is_worse=True, note=f"rate of `{{signal}}` without a {_FILTER}")
+@metric(
+    name="accel_roughness",
+    unit="m/s^3",
+    bigger_is_worse=True,
+    note=f"rate of `{{signal}}` without a {_FILTER}",
+    ranges={"cutoff": LOW_PASS},
+)
 def accel_roughness(log: Log, *, signal: str = "accel_cmd", cutoff: float = CUTOFF) -> Measured:
     """Root mean square of the rate of the commanded acceleration above `cutoff` [Hz]: chatter, steps and noise.
 

@@ -64,7 +64,8 @@ def find_metric(name: str) -> Metric:
 
 
 def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
-    """Raises MetricError for an option the metric does not have, one of the wrong type, or a missing one."""
+    """Raises MetricError for an option the metric does not have, one of the wrong type or out of its range,
+    or a missing one."""
     for key, value in options.items():
         if key not in chosen.options:
             near = difflib.get_close_matches(key, chosen.options, n=1)
@@ -73,6 +74,9 @@ def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
         default = chosen.options[key]
         if isinstance(default, float) and not _is_number(value):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a finite number, found {value!r}")
+        if key in chosen.ranges and _is_number(value) and not chosen.ranges[key].holds(value):
+            allowed = chosen.ranges[key]
+            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be {allowed}, found {value:g}")
         if isinstance(default, str) and not isinstance(value, str):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a word, found {value!r}")
         if isinstance(default, tuple) and not (

@@ -12,13 +12,25 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._box_gaps import corners_seen_by
 from pytest_dvp.metrics._pairs import pairs
 from pytest_dvp.metrics._presence import steps
-from pytest_dvp.metrics.metric import Measured, metric
+from pytest_dvp.metrics.metric import NOT_NEGATIVE, POSITIVE, Measured, metric
 
 _UNDECLARED = math.nan
 _STANDS = 1e-6  # m/s; slower stands, and a car that stands drives neither way: rounding would give it one
 
 
-@metric(name="rss_violation", unit="s", bigger_is_worse=True, note="axes of the ego instead of those of the lane")
+_RANGES = {
+    **dict.fromkeys(("max_braking", "min_braking", "lateral_braking"), POSITIVE),
+    **dict.fromkeys(("response_time", "max_acceleration", "lateral_acceleration", "lateral_margin"), NOT_NEGATIVE),
+}
+
+
+@metric(
+    name="rss_violation",
+    unit="s",
+    bigger_is_worse=True,
+    note="axes of the ego instead of those of the lane",
+    ranges=_RANGES,
+)
 def rss_violation(
     log: Log,
     *,
@@ -51,9 +63,6 @@ def rss_violation(
     missing = [name for name, value in given.items() if math.isnan(value)]
     if missing:
         raise Undefined(f"RSS parameters are not declared: {', '.join(missing)}")
-    for name, value in given.items():
-        if value < 0.0 or (value == 0.0 and "braking" in name):
-            raise Undefined(f"{name} of RSS is {value:g}: it must be {'>' if 'braking' in name else '>='} 0")
     total, worst, when, who = 0.0, 0.0, None, ""
     for name, t, ego, box in pairs(log):
         along, across, u, w, p, q = _seen(ego, box)

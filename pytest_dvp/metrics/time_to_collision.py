@@ -10,9 +10,10 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
 from pytest_dvp.metrics._presence import steps
-from pytest_dvp.metrics.metric import Measured, Series, metric
+from pytest_dvp.metrics.metric import POSITIVE, Measured, Range, Series, metric
 
 RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a contact counts as this one
+RESOLVED = Range(0.0, 0.1, above=True)  # s, chosen: a contact still counts as 10 1/s, beyond any bound in use
 
 
 @metric(
@@ -20,6 +21,7 @@ RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a conta
     unit="1/s",
     bigger_is_worse=True,
     note="TTC resolved to {resolution} s; overlapping boxes count as that",
+    ranges={"resolution": RESOLVED},
 )
 def max_ttc_inverse(log: Log, *, resolution: float = RESOLUTION) -> Measured:
     """Greatest inverse of the time to collision between the ego and any other road user.
@@ -28,8 +30,6 @@ def max_ttc_inverse(log: Log, *, resolution: float = RESOLUTION) -> Measured:
     `resolution` [s], and a contact, count as `resolution`. Source: Arango et al., Sensors 2026, 26, 1338.
     Undefined without any object.
     """
-    if resolution <= 0.0:
-        raise Undefined("the resolution must be greater than 0")
     times, least, who = least_ttc(log)
     inverse = 1.0 / np.maximum(least, resolution)
     worst = int(np.argmax(inverse))
@@ -37,7 +37,7 @@ def max_ttc_inverse(log: Log, *, resolution: float = RESOLUTION) -> Measured:
     return Measured(float(inverse[worst]), float(times[worst]), name, Series(times, inverse))
 
 
-@metric(name="tet", unit="s", bigger_is_worse=True, note="critical TTC {critical} s")
+@metric(name="tet", unit="s", bigger_is_worse=True, note="critical TTC {critical} s", ranges={"critical": POSITIVE})
 def tet(log: Log, *, critical: float = 2.0) -> Measured:
     """Time exposed to a critical time to collision: sum over steps and road users of the step where TTC < critical.
 

@@ -5,11 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics._track_matches import BESIDE, REACH, WITHIN, seen_of, worst_of
+from pytest_dvp.metrics._track_matches import BESIDE, OF_TRACKS, REACH, WITHIN, seen_of, worst_of
 from pytest_dvp.metrics.metric import Measured, metric
 
 
-@metric(name="track_speed_error", unit="m/s", bigger_is_worse=True, open_loop=True, note="root mean square")
+@metric(
+    name="track_speed_error",
+    unit="m/s",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="root mean square",
+    ranges=OF_TRACKS,
+)
 def track_speed_error(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -24,7 +31,14 @@ def track_speed_error(
     return worst_of(m, seen, error, float(np.sqrt(np.mean(error**2))), {"greatest": float(error.max())})
 
 
-@metric(name="track_size_error", unit="-", bigger_is_worse=True, open_loop=True, note="mean of 1 - overlap of sizes")
+@metric(
+    name="track_size_error",
+    unit="-",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="mean of 1 - overlap of sizes",
+    ranges=OF_TRACKS,
+)
 def track_size_error(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -42,7 +56,14 @@ def track_size_error(
     return worst_of(m, seen, error, float(error.mean()), {"greatest": float(error.max())})
 
 
-@metric(name="kind_error", unit="-", bigger_is_worse=True, open_loop=True, note="share of assigned detections")
+@metric(
+    name="kind_error",
+    unit="-",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="share of assigned detections",
+    ranges=OF_TRACKS,
+)
 def kind_error(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:

@@ -7,13 +7,13 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._track_matches import BESIDE, REACH, WITHIN, matches, offset_of, seen_of, worst_of
-from pytest_dvp.metrics.metric import Measured, metric
+from pytest_dvp.metrics._track_matches import BESIDE, OF_TRACKS, REACH, WITHIN, matches, offset_of, seen_of, worst_of
+from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, metric
 
 MOVING = 1.0  # m/s; one that is slower tells little of a delay
 
 
-@metric(name="detection_recall", unit="-", bigger_is_worse=False, open_loop=True, ideal=1.0)
+@metric(name="detection_recall", unit="-", bigger_is_worse=False, open_loop=True, ideal=1.0, ranges=OF_TRACKS)
 def detection_recall(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -36,7 +36,7 @@ def detection_recall(
     )
 
 
-@metric(name="false_tracks", unit="s", bigger_is_worse=True, open_loop=True)
+@metric(name="false_tracks", unit="s", bigger_is_worse=True, open_loop=True, ranges=OF_TRACKS)
 def false_tracks(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -54,7 +54,14 @@ def false_tracks(
     return Measured(len(rows) * step, float(t.min()) if len(t) else None)
 
 
-@metric(name="track_position_error", unit="m", bigger_is_worse=True, open_loop=True, note="mean over assigned ones")
+@metric(
+    name="track_position_error",
+    unit="m",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="mean over assigned ones",
+    ranges=OF_TRACKS,
+)
 def track_position_error(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -68,7 +75,14 @@ def track_position_error(
     return worst_of(m, seen, error, float(error.mean()), {"greatest": float(error.max())})
 
 
-@metric(name="track_yaw_error", unit="rad", bigger_is_worse=True, open_loop=True, note="root mean square, of axes")
+@metric(
+    name="track_yaw_error",
+    unit="rad",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="root mean square, of axes",
+    ranges=OF_TRACKS,
+)
 def track_yaw_error(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -89,7 +103,14 @@ def track_yaw_error(
     return worst_of(m, seen, error, float(np.sqrt(np.mean(error**2))), extra)
 
 
-@metric(name="track_latency", unit="s", bigger_is_worse=True, open_loop=True, note="of those faster than {moving} m/s")
+@metric(
+    name="track_latency",
+    unit="s",
+    bigger_is_worse=True,
+    open_loop=True,
+    note="of those faster than {moving} m/s",
+    ranges={**OF_TRACKS, "moving": NOT_NEGATIVE},
+)
 def track_latency(
     log: Log,
     *,
@@ -116,7 +137,7 @@ def track_latency(
     return worst_of(m, seen, behind / speed2, float(behind.sum() / speed2.sum()), {})
 
 
-@metric(name="identity_switches", unit="-", bigger_is_worse=True, open_loop=True)
+@metric(name="identity_switches", unit="-", bigger_is_worse=True, open_loop=True, ranges=OF_TRACKS)
 def identity_switches(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:
@@ -143,7 +164,15 @@ def identity_switches(
     return Measured(float(count), when, who)
 
 
-@metric(name="nees", unit="-", bigger_is_worse=None, open_loop=True, ideal=2.0, note="mean; 2 is consistent")
+@metric(
+    name="nees",
+    unit="-",
+    bigger_is_worse=None,
+    open_loop=True,
+    ideal=2.0,
+    note="mean; 2 is consistent",
+    ranges=OF_TRACKS,
+)
 def nees(
     log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
 ) -> Measured:

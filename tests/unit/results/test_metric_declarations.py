@@ -17,7 +17,6 @@ LESS_IS_BETTER: dict[str, dict[str, Any]] = {
     "collision": {},
     "completion_time": {},
     "creep": {"slow": 0.3, "least": 1.0},
-    "event_started": {"event": REQUIRED},
     "events_fired": {"optional": ()},
     "lane_time_outside": {"width": math.nan},
     "lateral_rmse": {},
@@ -88,6 +87,7 @@ MORE_IS_BETTER: dict[str, dict[str, Any]] = {
 }
 NEITHER: dict[str, dict[str, Any]] = {
     "bias": {"signal": REQUIRED, "max_lag": 5.0},
+    "event_started": {"event": REQUIRED},  # one event must happen, another one must not
     "gain": {"signal": REQUIRED, "max_lag": 5.0},
     "lag": {"signal": REQUIRED, "max_lag": 5.0},
     "localization_nees": {},

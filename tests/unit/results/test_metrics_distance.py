@@ -11,7 +11,7 @@ from results_logs import drive_straight, log_of, times, track
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
-from pytest_dvp.metrics import compute
+from pytest_dvp.metrics import MetricError, compute
 from pytest_dvp.metrics._box_gaps import distances, gaps, overlap
 from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 
@@ -228,4 +228,5 @@ def test_rss_counts_the_time_below_both_distances_and_needs_its_parameters() -> 
     assert compute("rss_violation", beside, **RSS).value == 0.0
     missing = compute("rss_violation", log, **{k: v for k, v in RSS.items() if k != "min_braking"})
     assert missing.reason == "RSS parameters are not declared: min_braking"
-    assert "must be > 0" in compute("rss_violation", log, **{**RSS, "max_braking": 0.0}).reason
+    with pytest.raises(MetricError, match=r"'max_braking' .* must be > 0, found 0$"):
+        compute("rss_violation", log, **{**RSS, "max_braking": 0.0})

@@ -20,7 +20,7 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics._polyline import lateral_offsets
-from pytest_dvp.metrics.metric import REQUIRED, MetricError
+from pytest_dvp.metrics.metric import REQUIRED, MetricError, Range
 from pytest_dvp.metrics.registry import check_options
 from pytest_dvp.metrics.responsibility import _seen, safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
@@ -416,13 +416,15 @@ def test_what_is_wrong_with_a_gate_file_itself_is_told_by_its_own_check(tmp_path
 
 
 def test_options_are_of_the_type_of_their_default() -> None:
-    chosen: Any = SimpleNamespace(name="m", options={"x": 1.0, "word": "a", "names": ("a",), "needed": REQUIRED})
+    options = {"x": 1.0, "word": "a", "names": ("a",), "needed": REQUIRED}
+    chosen: Any = SimpleNamespace(name="m", options=options, ranges={"x": Range(0.0, above=True)})
     good = {"x": 2, "word": "b", "names": ["b", "c"], "needed": 1}
     check_options(chosen, good)
     check_options(chosen, {**good, "names": ("b",), "x": 0.5})
     number, words = "must be a finite number", "must be a list of words"
     wrong = [("x", "2", number), ("x", True, number), ("x", math.inf, number), ("word", 2, "must be a word"),
-             ("names", "b", words), ("names", [1], words), ("nams", ["b"], "nearest is 'names'")]  # fmt: skip
+             ("names", "b", words), ("names", [1], words), ("nams", ["b"], "nearest is 'names'"),
+             ("x", -2, "must be > 0, found -2")]  # fmt: skip
     for key, value, text in wrong:
         with pytest.raises(MetricError, match=text):
             check_options(chosen, {**good, key: value})
