@@ -71,6 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     """The verdicts of the run as they were given, or new ones by `gates`; metrics with their courses from the log."""
     from pytest_dvp.drive.run_folder import measure, result_of
+    from pytest_dvp.verdicts.harmless_side import NOTE, harmless_notes
     from pytest_dvp.verdicts.judging import default_gates, judge, never_fired, read_gates, unjudged
 
     kept = _kept(stored) if stored.is_file() else {}
@@ -81,9 +82,9 @@ def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     if gates is None and kept:
         result.update({key: kept[key] for key in ("status", "scenario", "verdicts")})
         return result
-    doubts = [note for note in kept.get("notes", ()) if not note.startswith("not judged:")]
+    doubts = [note for note in kept.get("notes", ()) if not note.startswith(("not judged:", NOTE))]
     result["never_fired"] = list(never_fired(bounds, log))
-    result["notes"] = [*unjudged(verdicts, log), *doubts]
+    result["notes"] = [*unjudged(verdicts, log), *harmless_notes(bounds.gates), *doubts]
     broken = [verdict for verdict in kept.get("verdicts", ()) if kept.get("error") and not verdict["metric"]]
     if broken:  # a run that broke off stays one, whatever its gates say
         result["verdicts"], result["status"] = [*broken[:1], *result["verdicts"]], "ERROR"

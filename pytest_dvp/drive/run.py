@@ -273,6 +273,7 @@ def _judged(
     from pytest_dvp.drive.run_folder import measure
     from pytest_dvp.drive.wire_log import wire_verdict
     from pytest_dvp.metrics.task_outcome import storyboard_events
+    from pytest_dvp.verdicts.harmless_side import harmless_notes
     from pytest_dvp.verdicts.judging import judge, never_fired, overall, unjudged
 
     error, times = loop.error, tick_time(loop.seconds, TICK)
@@ -315,6 +316,7 @@ def _judged(
             *map(said_of_finding, findings),
             *said_of_ticks(times),
             *unjudged(verdicts, log),
+            *harmless_notes(ready.gates.gates),
             *(f"monitor {name} is {str(on).lower()} at the end" for name, on in monitors.items()),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),
         ),

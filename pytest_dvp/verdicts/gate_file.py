@@ -16,6 +16,7 @@ from pytest_dvp.verdicts.excited_parameters import wrong_parameters
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file_lines import Lines, locate_lines
 from pytest_dvp.verdicts.gate_signal import wrong_signal
+from pytest_dvp.verdicts.harmless_side import on_the_harmless_side
 from pytest_dvp.verdicts.model_gate import model_file, read_model_gate
 from pytest_dvp.verdicts.requirement import wrong_requirement
 from vehicle.messages import RoadPoint
@@ -79,6 +80,7 @@ class _Reader:
                 gate = self._gate(table, i)
                 gates += [gate] if gate is not None else []
         self.findings += repeated(gates)
+        self.findings += on_the_harmless_side(gates)
         if "clean" in data:
             gates += read_clean(data["clean"], self.text, self.file, self.find)
         return GateFile(task, tuple(gates), self.file, traffic)

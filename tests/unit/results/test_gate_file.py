@@ -109,6 +109,18 @@ def gate(body: str) -> str:
         (gate('metric = "tet"\nmax = 1\nmaxx = 2'), 4, "unknown_key", "did you mean 'max'?"),
         (gate('metric = "tet"\nmax = 1\ncritcal = 2.0'), 4, "unknown_key", "did you mean 'critical'?"),
         (gate('metric = "tet"\nmax = 1\ncritical = nan'), 4, "option", "must be a finite number"),
+        (
+            gate('metric = "tet"\nmax = 1\ncritical = -2'),
+            4,
+            "option",
+            "'critical' of metric 'tet' must be > 0, found -2",
+        ),
+        (
+            gate('metric = "max_ttc_inverse"\nmax = 1\nresolution = 5'),  # a contact would count as 0.2 1/s
+            4,
+            "option",
+            "must be > 0 and <= 0.1, found 5",
+        ),
         (gate('metric = "mncc"\nmin = 0.9\nsignal = "v"'), 1, "between", 'say which, between = ["dt", "rw"]'),
         (gate('metric = "mncc"\nmin = 0.9\nbetween = ["dt", "rw"]'), 1, "option", "needs the option 'signal'"),
         (gate('metric = "tet"\nmax = 1\nbetween = ["dt", "rw"]'), 4, "between", "by how much it may differ"),
@@ -171,7 +183,7 @@ EQUAL = [  # two gates of one metric that ask the same, the second at line 5
 DIFFERENT = [
     ("metric = 'tet'\nmax = 1", "metric = 'tet'\nmax = 1\ncritical = 1.5"),
     ("metric = 'tet'\nmax = 1\nstages = ['dt']", "metric = 'tet'\nmax = 1\nstages = ['rw']"),
-    ("metric = 'goal_reached'\nmin = 1", "metric = 'goal_reached'\nmax = 1"),
+    ("metric = 'nees'\nmin = 1", "metric = 'nees'\nmax = 1"),
     ("metric = 'event_started'\nevent = 'Brake'\nmin = 1", "metric = 'event_started'\nevent = 'Swerve'\nmin = 1"),
     ("metric = 'max_jerk'\nmax = 4\nstages = ['dt']", "metric = 'max_jerk'\nmax = 6"),  # decides on pe and rw
 ]
