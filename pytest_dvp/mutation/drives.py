@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pytest_dvp.mutation.catalogue import known_faults
@@ -28,11 +28,13 @@ class Drive(Job):
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """What a drive gave: its status, verdicts by gate (text -> status) and all metrics (None: undefined)."""
+    """What a drive gave: its status, verdicts by gate (text -> status) and all metrics (None: undefined).
+    clean: those of the gates that are no requirements but bounds of clean drives."""
 
     status: str
     gates: Mapping[str, str]
     metrics: Mapping[str, float | None]
+    clean: Sequence[str] = ()
 
     @property
     def failed(self) -> list[str]:
@@ -56,7 +58,10 @@ def drive_once(drive: Drive) -> dict[str, Any]:
     with planted(mutant_named(drive.fault)) if of_source else contextlib.nullcontext():
         result = run(drive.scenario, ads=stack, seed=drive.seed)
     gates = {verdict.gate: verdict.status for verdict in result.verdicts}
-    return {"status": result.status, "gates": gates, "metrics": {n: _finite(v) for n, v in result.metrics.items()}}
+    return {
+        "status": result.status, "gates": gates, "metrics": {n: _finite(v) for n, v in result.metrics.items()},
+        "clean": [verdict.gate for verdict in result.verdicts if verdict.clean],
+    }  # fmt: skip
 
 
 def _finite(value: float | None) -> float | None:

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from openscenario.read import read_declarations
 from pytest_dvp.mutation.mutate import Proposal
 from pytest_dvp.verdicts.judging import default_gates, read_gates
 from reports.whole_file import write_whole
 
 
 def write_gates(proposals: Sequence[Proposal]) -> list[Path]:
-    """Append the proposals, the tightest of each scenario, metric and side; the files written, in order."""
+    """Append the proposals, the tightest of each scenario, metric and side; the files written, in order.
+
+    A habit is written as a bound of clean drives, which were driven with the scenario's own parameters."""
     files: dict[Path, list[str]] = {}
-    for (scenario, metric), bounds in _tightest(proposals).items():
+    for (scenario, metric, habit), bounds in _tightest(proposals).items():
         file = Path(scenario).with_suffix(".gates.toml")
         lines = files.setdefault(file, [])
         rate = sum(p.false_alarm_rate for p in bounds)  # each side may be broken by itself
         why = f"# proposed by dvp mutate; false alarms: {rate:.2g} a run at most"
         lines += ["", f"[[gate]]                                    {why}", f'metric = "{metric}"', 'stages = ["dt"]']
+        lines += [f"clean = {_parameters(Path(scenario))}"] if habit else []
         lines += [f"min = {p.min:.6g}" for p in bounds if p.min is not None]
         lines += [f"max = {p.max:.6g}" for p in bounds if p.max is not None]
     for file, lines in files.items():
@@ -27,6 +34,16 @@ def write_gates(proposals: Sequence[Proposal]) -> list[Path]:
             lines[:0] = _defaults()
         write_whole(file, (old.rstrip("\n") + "\n" + "\n".join(lines) + "\n").encode())
     return list(files)
+
+
+def _parameters(scenario: Path) -> str:
+    """The parameters of a scenario that are numbers, with the values that it declares, as a table of TOML."""
+    values = {}
+    for one in read_declarations(scenario):
+        with contextlib.suppress(ValueError):
+            values[one.name] = float(one.value)
+    told = [f"{json.dumps(name)} = {value:.9g}" for name, value in values.items() if math.isfinite(value)]
+    return f"{{ {', '.join(told)} }}" if told else "{}"
 
 
 def _scenario(file: Path) -> str:
@@ -42,11 +59,11 @@ def _defaults() -> list[str]:
     return lines
 
 
-def _tightest(proposals: Sequence[Proposal]) -> dict[tuple[str, str], list[Proposal]]:
-    """By scenario and metric the least max and the greatest min."""
-    found: dict[tuple[str, str], dict[str, Proposal]] = {}
+def _tightest(proposals: Sequence[Proposal]) -> dict[tuple[str, str, bool], list[Proposal]]:
+    """By scenario, metric and whether it is a habit the least max and the greatest min."""
+    found: dict[tuple[str, str, bool], dict[str, Proposal]] = {}
     for p in proposals:
-        sides = found.setdefault((p.scenario, p.metric), {})
+        sides = found.setdefault((p.scenario, p.metric, p.habit), {})
         if p.max is not None and ("max" not in sides or p.max < (sides["max"].max or 0.0)):
             sides["max"] = p
         if p.min is not None and ("min" not in sides or p.min > (sides["min"].min or 0.0)):

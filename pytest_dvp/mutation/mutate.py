@@ -13,6 +13,7 @@ from pytest_dvp.mutation.catalogue import known_faults
 from pytest_dvp.mutation.drives import Drive, Outcome
 from pytest_dvp.mutation.fault import Fault
 from pytest_dvp.mutation.source_mutants import SourceMutant
+from pytest_dvp.verdicts.judging import default_gates
 
 if TYPE_CHECKING:
     from pytest_dvp.workers.pool import Workers
@@ -42,13 +43,15 @@ class Envelope:
 @dataclasses.dataclass(frozen=True)
 class Proposal:
     """A gate that would have caught an escaper: metric, bound on one side, and the rate of false alarms. The bound lies
-    beyond all clean drives; that the next clean one is beyond the most extreme of N happens once in N + 1 at most."""
+    beyond all clean drives; that the next clean one is beyond the most extreme of N happens once in N + 1 at most.
+    habit: a bound on the harmless side of its metric, which clean drives keep and a better drive may break."""
 
     scenario: str
     metric: str
     min: float | None
     max: float | None
     false_alarm_rate: float
+    habit: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-able."""
@@ -58,7 +61,8 @@ class Proposal:
 @dataclasses.dataclass(frozen=True)
 class Judged:
     """A fault over all scenarios. changed: some metric left the envelope of the clean drives; killed_by: gates that did
-    not pass ("SCENARIO: GATE"); far: by how much the worst metric left its envelope."""
+    not pass ("SCENARIO: GATE"); far: by how much the worst metric left its envelope; by_habit: none of these gates is a
+    requirement, all are bounds of clean drives."""
 
     fault: Fault
     changed: bool
@@ -66,6 +70,7 @@ class Judged:
     far: float
     worst: str
     proposed: Proposal | None
+    by_habit: bool = False
 
     @property
     def escaped(self) -> bool:
@@ -78,6 +83,7 @@ class Judged:
             "name": self.fault.name, "where": self.fault.where, "changed": self.changed,
             "killed_by": list(self.killed_by), "escaped": self.escaped, "far": self.far, "worst": self.worst,
             "proposed": self.proposed.as_dict() if self.proposed else None, "asks": self.fault.asks,
+            "by_habit": self.by_habit,
         }  # fmt: skip
 
 
@@ -160,10 +166,12 @@ def judge_fault(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mappin
     """What a fault did over all scenarios. outcomes: of its drives, envelopes: of clean ones, both by scenario;
     unsound: gates that fail in clean drives too."""
     killed: list[str] = []
+    habits: set[str] = set()
     changes: list[tuple[float, str, str, float]] = []
     gone: tuple[str, str] | None = None
     for name, outcome in outcomes.items():
         killed += [f"{_short(name)}: {gate}" for gate in outcome.failed if f"{_short(name)}: {gate}" not in unsound]
+        habits |= {f"{_short(name)}: {gate}" for gate in outcome.clean}
         for metric, envelope in envelopes[name].items():
             value = outcome.metrics.get(metric)
             if value is None:
@@ -172,22 +180,41 @@ def judge_fault(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mappin
                 changes.append((far, name, metric, value))
     changes.sort(reverse=True)
     proposed = None
-    if changes and not killed:
-        _, name, metric, value = changes[0]
-        proposed = proposed_gate(name, metric, value, envelopes[name][metric])
-    elif gone is not None and not killed:  # any bound that clean drives keep: what is undefined passes none
-        e = envelopes[gone[0]][gone[1]]
-        proposed = proposed_gate(*gone, e.high + 2.0 * max(e.high - e.low, 0.1 * abs(e.high), 0.01), e)
+    if not killed:
+        found = [proposed_gate(name, metric, value, envelopes[name][metric]) for _, name, metric, value in changes]
+        if gone is not None:
+            found.append(_defined(*gone, envelopes[gone[0]][gone[1]]))
+        gates = [one for one in found if one is not None]
+        proposed = next((one for one in gates if not one.habit), gates[0] if gates else None)
     far, worst = (changes[0][0], f"{_short(changes[0][1])}: {changes[0][2]}") if changes else (0.0, "")
-    return Judged(fault, bool(changes) or gone is not None or bool(killed), tuple(killed), far, worst, proposed)
+    changed = bool(changes) or gone is not None or bool(killed)
+    return Judged(fault, changed, tuple(killed), far, worst, proposed, bool(killed) and habits.issuperset(killed))
 
 
-def proposed_gate(scenario: str, metric: str, value: float, envelope: Envelope) -> Proposal:
-    """The bound half way between the clean drives and the fault."""
+def proposed_gate(scenario: str, metric: str, value: float, envelope: Envelope) -> Proposal | None:
+    """The bound half way between the clean drives and the fault, or that of the default gate of the metric if that one
+    is tighter; None where clean drives do not keep the default gate."""
     above = value > envelope.high
     bound = 0.5 * (value + (envelope.high if above else envelope.low))
     rate = 1.0 / (envelope.count + 1)
-    return Proposal(scenario, metric, None if above else bound, bound if above else None, rate)
+    for default in (gate for gate in default_gates().gates if gate.metric == metric):
+        if above and default.max is not None:
+            bound = min(bound, default.max)
+        elif not above and default.min is not None:
+            bound = max(bound, default.min)
+    if bound < envelope.high if above else bound > envelope.low:
+        return None
+    worse = find_metric(metric).bigger_is_worse
+    habit = worse is not None and worse is not above
+    return Proposal(scenario, metric, None if above else bound, bound if above else None, rate, habit)
+
+
+def _defined(scenario: str, metric: str, e: Envelope) -> Proposal | None:
+    """A bound that clean drives keep by far, on the side that is worse: a metric that is not defined passes none."""
+    away = 2.0 * max(e.high - e.low, 0.1 * max(abs(e.low), abs(e.high)), 0.01)
+    return proposed_gate(
+        scenario, metric, e.low - away if find_metric(metric).bigger_is_worse is False else e.high + away, e
+    )
 
 
 def _short(scenario: str) -> str:

@@ -12,8 +12,10 @@ def mutation_lines(found: Mutation) -> list[str]:
     excites."""
     changed = [one for one in found.judged if one.changed]
     killed = [one for one in changed if one.killed_by]
+    habits = sum(one.by_habit for one in killed)
+    alone = f", {habits} of them by bounds of clean drives alone" if habits else ""
     lines = [
-        f"{len(killed)} of {len(changed)} faults that change a drive are noticed by a gate; "
+        f"{len(killed)} of {len(changed)} faults that change a drive are noticed by a gate{alone}; "
         f"{len(found.judged) - len(changed)} of {len(found.judged)} change nothing "
         f"({len(found.scenarios)} scenarios, {found.clean} clean seeds each)",
         "",
@@ -55,4 +57,5 @@ def _escape(one: Judged) -> str:
     p = one.proposed
     bound = f"max = {p.max:.4g}" if p.max is not None else f"min = {p.min:.4g}"
     rate = f"{p.false_alarm_rate:.2g}"
-    return f"{Path(p.scenario).stem} would need {p.metric} {bound} (false alarms: {rate} a run at most)"
+    kind = "; a habit of the clean drives, no requirement" if p.habit else ""
+    return f"{Path(p.scenario).stem} would need {p.metric} {bound} (false alarms: {rate} a run at most{kind})"

@@ -11,6 +11,8 @@
 
 A stack keeps such a bound with its own noise and its own habits, in that scenario and no other; of another stack, on
 another stage, with other parameters or another twin it says nothing. Each is a gate that does not apply there.
+
+A single bound of that kind is a [[gate]] with `clean = { ego_speed = 5.5 }`: these parameters, and any stack.
 """
 
 from __future__ import annotations
@@ -74,12 +76,24 @@ def read_clean(table: object, text: str, file: str, find: Find) -> list[Gate]:
     return list(found.values())
 
 
+def wrong_conditions(gate: Mapping[str, Any]) -> str:
+    """What is wrong with the key `clean` of the table of a [[gate]]; empty if nothing is."""
+    values = gate["clean"]
+    if not isinstance(values, dict) or not all(_is_number(value) for value in values.values()):
+        return "clean must be the scenario's parameters in the clean drives, { ego_speed = 5.5 }; {} where it has none"
+    if "between" in gate or gate.get("stages", ["dt"]) != ["dt"]:
+        return "clean is for a bound that drives of the twin keep: without between, and on no stage but dt"
+    return ""
+
+
 def applies(gate: Gate, log: Log) -> bool:
     """Whether a gate says something of this log: always, if it is no bound of clean drives."""
     if gate.only_with is None:
         return True
-    values = log.columns.get(gate.only_if_logged)
-    if values is None or not np.isfinite(values).any() or log.meta.get("S"):
+    if log.meta.get("S"):
+        return False
+    values = log.columns.get(gate.only_if_logged) if gate.only_if_logged else None
+    if gate.only_if_logged and (values is None or not np.isfinite(values).any()):
         return False
     given = log.meta.get("parameters", {})
     return all(_same(given.get(name), value) for name, value in gate.only_with.items())

@@ -23,8 +23,8 @@ class Gate:
     options  keyword arguments of the metric
     requirement  id of the requirement that the gate verifies, as the user names it: "SR-12"
     parameters  of a gate between stages: effects, or "effect.key", that it is to validate
-    only_if_logged, only_with  of a bound of clean drives: a column that the stack must state, and the values of the
-             scenario's parameters with which they were driven; it does not apply to another drive
+    only_if_logged, only_with  of a bound of clean drives: a column that the stack must state ("" for none), and the
+             values of the scenario's parameters with which they were driven; it does not apply to another drive
     key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
 

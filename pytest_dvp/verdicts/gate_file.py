@@ -10,7 +10,7 @@ from typing import Any
 from openscenario.findings import Finding, nearest
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
-from pytest_dvp.verdicts.clean_gates import read_clean
+from pytest_dvp.verdicts.clean_gates import read_clean, wrong_conditions
 from pytest_dvp.verdicts.equal_gates import repeated
 from pytest_dvp.verdicts.excited_parameters import wrong_parameters
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
@@ -22,7 +22,7 @@ from pytest_dvp.verdicts.requirement import wrong_requirement
 from vehicle.messages import RoadPoint
 from vehicle.toml_file import TomlError, read_toml
 
-GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement", "parameters")
+GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement", "parameters", "clean")
 TABLES = ("task", "traffic", "gate", "clean")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
@@ -207,6 +207,10 @@ class _Reader:
                 wrong = 'parameters are for a gate between stages: between = ["dt", "rw"]'
             if wrong:
                 self.find("parameters", keys.get("parameters", head), f"{element}.parameters", wrong)
+        if "clean" in table:
+            wrong = wrong_conditions(table)
+            if wrong:
+                self.find("clean", keys.get("clean", head), f"{element}.clean", wrong)
         if len(self.findings) > before or chosen is None:
             return None
         pair = (between[0], between[1]) if between else None
@@ -215,7 +219,7 @@ class _Reader:
             chosen.name,
             high,
             low,
-            stages or STAGES,
+            stages or (STAGES if "clean" not in table else ("dt",)),
             pair,
             options,
             self.file,
@@ -223,6 +227,7 @@ class _Reader:
             max_difference=apart,
             requirement=str(table.get("requirement", "")),
             parameters=tuple(table.get("parameters", ())),
+            only_with=table.get("clean"),
         )
 
     def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:

@@ -105,7 +105,7 @@ def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, old: str, new: str,
 def test_clean_bounds_leave_the_gates_that_every_drive_has() -> None:
     """Gates between stages alone leave a stage to the default gates, with a table [clean] beside them as without."""
     between = Gate("lateral_rmse", max=0.2, between=("dt", "rw"))
-    clean = Gate("localization_error", max=0.1, only_with="ads.position_sigma")
+    clean = Gate("localization_error", max=0.1, only_if_logged="ads.position_sigma", only_with={})
     log = log_of(columns={"on_road": 0.0, "ads.x": 0.0, "ads.y": 0.0, "ads.position_sigma": 0.1})
     plain = [verdict.metric for verdict in judge([between], log)]
     assert plain == ["collision", "road_departure", "scenario_ended"]
@@ -114,7 +114,33 @@ def test_clean_bounds_leave_the_gates_that_every_drive_has() -> None:
 
 def test_clean_bounds_alone_pass_no_stage() -> None:
     elsewhere = Gate("collision", max=0.0, stages=("rw",))
-    clean = Gate("localization_error", max=9.0, only_with="ads.position_sigma")
+    clean = Gate("localization_error", max=9.0, only_if_logged="ads.position_sigma", only_with={})
     log = log_of(columns={"ads.x": 0.0, "ads.y": 0.0, "ads.position_sigma": 0.1})
     (verdict,) = judge([elsewhere, clean], log)
     assert (verdict.status, verdict.short) == ("INCONCLUSIVE", "no gate applies to stage dt: nothing was judged")
+
+
+@pytest.mark.parametrize(
+    ("about", "statuses"),
+    [
+        ({"parameters": {"ego_speed": "5.5"}}, ["PASS", "FAIL"]),
+        ({"parameters": {"ego_speed": "5.0"}}, ["PASS"]),  # another variant of the scenario
+        ({"parameters": {"ego_speed": "5.5"}, "S": {"EGO_mass": "900"}}, ["PASS"]),  # another twin
+        ({"parameters": {"ego_speed": "5.5"}, "stage": "pe-surrogate"}, ["PASS"]),
+    ],
+)
+def test_one_gate_may_be_a_bound_of_clean_drives(tmp_path: Path, about: dict[str, object], statuses: list[str]) -> None:
+    """As dvp mutate writes it: of any stack, with the parameters of the clean drives, on dt."""
+    text = """[[gate]]
+metric = "road_departure"
+max = 0
+
+[[gate]]
+metric = "localization_error"
+min = 0.1
+clean = { ego_speed = 5.5 }
+"""
+    log = log_of(columns={"on_road": 1.0, "ads.x": 0.05, "ads.y": 0.0}, meta=about)
+    verdicts = judge(read_gates(written(tmp_path, text)), log)
+    assert [verdict.status for verdict in verdicts] == statuses
+    assert [verdict.clean for verdict in verdicts] == [False, True][: len(statuses)]

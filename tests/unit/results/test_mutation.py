@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -18,8 +19,9 @@ from pytest_dvp.mutation.drives import Outcome
 from pytest_dvp.mutation.fault import Fault, Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
-from pytest_dvp.mutation.mutate import Envelope, Proposal, envelopes_of, judge_fault
-from pytest_dvp.verdicts.judging import read_gates
+from pytest_dvp.mutation.mutate import Envelope, Mutation, Proposal, envelopes_of, judge_fault
+from pytest_dvp.mutation.words import mutation_lines
+from pytest_dvp.verdicts.judging import check_gates, read_gates
 from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
 
 STACK = '''
@@ -278,9 +280,10 @@ def test_an_escaper_that_only_takes_a_metric_away_has_a_gate_that_kills_it() -> 
     )
     assert found.escaped
     assert found.proposed is not None
-    assert (found.proposed.scenario, found.proposed.metric, found.proposed.min) == ("a.xosc", "pet", None)
-    assert found.proposed.max is not None
-    assert found.proposed.max > 2.0  # what clean drives keep
+    assert (found.proposed.scenario, found.proposed.metric, found.proposed.max) == ("a.xosc", "pet", None)
+    assert found.proposed.min is not None
+    assert found.proposed.min < 2.0  # what clean drives keep, on the side that is worse
+    assert not found.proposed.habit
 
 
 def test_the_proposed_bound_lies_half_way_to_the_fault() -> None:
@@ -291,6 +294,69 @@ def test_the_proposed_bound_lies_half_way_to_the_fault() -> None:
     assert found.proposed is not None
     assert (found.proposed.metric, found.proposed.min) == ("min_distance", pytest.approx(0.9))
     assert found.proposed.false_alarm_rate == pytest.approx(1.0 / 21.0)
+
+
+def proposal_for(metrics: dict[str, float | None], clean: dict[str, float]) -> Proposal | None:
+    """Of a fault after which the metrics are these, where all clean drives had those."""
+    envelopes = {"a.xosc": envelopes_of([Outcome("PASS", {}, clean)] * 20)}
+    return judge_fault(Fault("f", "observation"), {"a.xosc": Outcome("PASS", {}, metrics)}, envelopes, {}).proposed
+
+
+def test_a_bound_that_forbids_better_driving_is_proposed_only_where_nothing_else_notices_and_as_a_habit() -> None:
+    clean = {"missed_objects": 30.0, "max_jerk": 2.0, "nees": 1.0}
+    better_and_worse = proposal_for({"missed_objects": 0.0, "max_jerk": 2.2, "nees": 1.0}, clean)
+    assert better_and_worse is not None
+    assert (better_and_worse.metric, better_and_worse.max, better_and_worse.habit) == (
+        "max_jerk", pytest.approx(2.1), False,
+    )  # fmt: skip
+    better_alone = proposal_for({"missed_objects": 0.0, "max_jerk": 2.0, "nees": 1.0}, clean)
+    assert better_alone is not None
+    assert (better_alone.metric, better_alone.min, better_alone.habit) == ("missed_objects", 15.0, True)
+    neither = proposal_for({"missed_objects": 30.0, "max_jerk": 2.0, "nees": 0.5}, clean)  # too unsure
+    assert neither is not None
+    assert (neither.metric, neither.min, neither.habit) == ("nees", 0.75, False)
+
+
+def test_no_bound_is_looser_than_the_default_gate_of_its_metric() -> None:
+    clean = {"road_departure": 0.0, "scenario_ended": 1.0}
+    off = proposal_for({"road_departure": 23.0, "scenario_ended": 1.0}, clean)
+    assert off is not None
+    assert (off.metric, off.max, off.habit) == ("road_departure", 0.0, False)
+    endless = proposal_for({"road_departure": 0.0, "scenario_ended": 0.0}, clean)
+    assert endless is not None
+    assert (endless.metric, endless.min) == ("scenario_ended", 1.0)
+    # clean drives leave the road themselves: no bound on it can be a gate
+    assert proposal_for({"road_departure": 23.0}, {"road_departure": 1.0}) is None
+
+
+def test_a_habit_is_written_as_a_bound_of_clean_drives_with_the_parameters_they_had(tmp_path: Path) -> None:
+    declared = '<ParameterDeclarations><ParameterDeclaration name="gap" parameterType="double" value="8.5"/>'
+    declared += '<ParameterDeclaration name="who" parameterType="string" value="Lead"/></ParameterDeclarations>'
+    scenario = tmp_path / "straight.xosc"
+    scenario.write_text(XOSC.replace("<CatalogLocations/>", f"{declared}<CatalogLocations/>"))
+    proposals = [
+        Proposal(str(scenario), "max_jerk", 0.9, None, 0.05, habit=True),
+        Proposal(str(scenario), "max_jerk", None, 3.0, 0.05),
+    ]
+    (file,) = write_gates(proposals)
+    assert check_gates(file) == ()  # meant so: no warning
+    habit, bound = read_gates(file).gates[-2:]
+    assert (habit.min, habit.max, habit.stages, habit.only_with) == (0.9, None, ("dt",), {"gap": 8.5})
+    assert (bound.min, bound.max, bound.only_with) == (None, 3.0, None)
+
+
+def test_what_only_habits_notice_is_told() -> None:
+    envelopes = {"a.xosc": envelopes_of([Outcome("PASS", {}, {"max_jerk": 2.0})] * 20)}
+    gates = {"max_jerk >= 1.00 m/s^3": "FAIL", "tet <= 0.00 s": "PASS"}
+    outcome = Outcome("FAIL", gates, {"max_jerk": 0.5}, clean=["max_jerk >= 1.00 m/s^3"])
+    found = judge_fault(Fault("f", "observation"), {"a.xosc": outcome}, envelopes, {})
+    assert found.by_habit
+    (line, *_) = mutation_lines(Mutation((found,), ("a.xosc",), 20, {}))
+    assert line.startswith(
+        "1 of 1 faults that change a drive are noticed by a gate, 1 of them by bounds of clean drives"
+    )
+    both = dataclasses.replace(outcome, gates={**gates, "tet <= 0.00 s": "FAIL"})
+    assert not judge_fault(Fault("f", "observation"), {"a.xosc": both}, envelopes, {}).by_habit
 
 
 def test_of_two_proposals_the_tighter_one_is_written(tmp_path: Path) -> None:
