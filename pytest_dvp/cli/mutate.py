@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 
-from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
+from pytest_dvp.cli.shared.named_stack import named_stack
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
 from pytest_dvp.text.errors import SettingError
@@ -18,11 +18,14 @@ from pytest_dvp.text.spelling import unknown
 
 PLACE = 45  # in `dvp --help`
 
+OF_MUTATE = ("ads",)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenarios, stack, faults, number of clean drives, processes and where results are kept."""
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="scenario, or a folder with scenarios")
-    parser.add_argument("--ads", default=REFERENCE, metavar="NAME", help="driving stack, e.g. my_stack.py:Stack")
+    parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
+    add_settings(parser, OF_MUTATE)
     parser.add_argument("--fault", nargs="+", action="extend", default=[], metavar="NAME", help="these faults only")
     parser.add_argument(
         "--source", nargs="+", action="extend", default=[], metavar="MODULE",
@@ -48,7 +51,6 @@ def execute(arguments: argparse.Namespace) -> int:
     check_workers(arguments)
     scenarios = named_scenarios(arguments.scenarios)
     from pytest_dvp.drive.stack_host import find_ads
-    from pytest_dvp.drive.stack_name import check_name
     from pytest_dvp.mutation.catalogue import known_faults
     from pytest_dvp.mutation.drives import drive_once
     from pytest_dvp.mutation.gate_writer import write_gates
@@ -59,14 +61,15 @@ def execute(arguments: argparse.Namespace) -> int:
     for name in arguments.fault:
         if name not in known_faults():
             raise WrongArgument(f"--fault: {unknown('fault', name, known_faults())}")
-    ads = None if arguments.ads == REFERENCE else arguments.ads
-    if ads is not None:  # before anything drives
-        check_name(ads, "--ads", Path.cwd())
-        find_ads(ads, process="off")
+    settings = settings_from(arguments, ini=OF_MUTATE)
+    ads = None if settings.ads == REFERENCE else settings.ads
+    find_ads(ads, process="off")  # before anything drives
     try:
         source = sample(arguments.source, arguments.mutants) if arguments.source else []
     except SourceError as error:
         raise SettingError(str(error)) from None
+    count = f"{len(scenarios)} scenario{'' if len(scenarios) == 1 else 's'}"
+    print(f"dvp mutate: {count}, stage dt, {named_stack(settings)}", file=sys.stderr)
     with progress("dvp mutate", "driving") as tick, workers(arguments, tick, drive_once) as crew:
         found = mutate(scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds, source=source)
     if arguments.json:

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.shared.arguments import add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
+from pytest_dvp.cli.shared.named_stack import named_stack
 from pytest_dvp.drive.option import STAGES
 from pytest_dvp.drive.run_spec import BUDGET, OF_A_RUN, RunSpec
 from pytest_dvp.text.errors import SettingError, is_users_mistake
-from pytest_dvp.text.paths import shown
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
 from pytest_dvp.verdicts.result_text import BESIDE_VERDICTS, NOT_WRITTEN
@@ -275,12 +275,9 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: RunSpec) -> RunRes
 
 def _banner(job: Job, settings: RunSpec) -> str:
     """What is driven, by which stack, and what of this neither the command line nor a default says."""
-    file, colon, name = settings.ads.rpartition(":")
-    ads = f"{shown(Path(file))}:{name}" if colon and file.endswith(".py") else settings.ads
-    others = {key: origin for key, origin in settings.origins.items() if not origin.startswith("--")}
-    by = f" ({others.pop('ads')})" if "ads" in others else ""
-    words = [f"{job.label or job.path}", f"stage {job.stage}", f"seed {settings.seed}", f"ADS {ads}{by}"]
-    return ", ".join(words) + (f"; {', '.join(others.values())}" if others else "")
+    others = [origin for key, origin in settings.origins.items() if key != "ads" and not origin.startswith("--")]
+    words = [f"{job.label or job.path}", f"stage {job.stage}", f"seed {settings.seed}", named_stack(settings)]
+    return ", ".join(words) + (f"; {', '.join(others)}" if others else "")
 
 
 def _say_who_is_waited_for(stage: str, vehicle: str) -> None:

@@ -121,6 +121,19 @@ def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys:
     assert again["camera_wrong_class"]["killed_by"] == []
 
 
+def test_the_stack_of_the_ini_file_is_driven_and_named(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "pytest.ini").write_text("[pytest]\ndvp_ads = cruise.py:Cruise\n")
+    asked = ["mutate", "straight.xosc", "--clean-seeds", "2", "--cache", "kept", "--jobs", "1", "--json"]
+    asked += ["--fault", "drive_cut_2s"]
+    main(asked)
+    of_ini = capsys.readouterr()
+    assert of_ini.err.startswith("dvp mutate: 1 scenario, stage dt, ADS cruise.py:Cruise (pytest.ini: dvp_ads)\n")
+    main([*asked, "--no-ini", "--ads", "cruise.py:Cruise"])
+    named = capsys.readouterr()
+    assert named.err.startswith("dvp mutate: 1 scenario, stage dt, ADS cruise.py:Cruise\n")
+    assert json.loads(named.out) == json.loads(of_ini.out)  # of the reference stack, the numbers are others
+
+
 @pytest.mark.nightly
 def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--cache", "kept"]
