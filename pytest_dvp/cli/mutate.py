@@ -51,6 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_workers(arguments)
     scenarios = named_scenarios(arguments.scenarios)
     from pytest_dvp.drive.stack_host import find_ads
+    from pytest_dvp.drive.stack_sensors import read_by
     from pytest_dvp.mutation.catalogue import known_faults
     from pytest_dvp.mutation.drives import drive_once
     from pytest_dvp.mutation.gate_writer import write_gates
@@ -63,7 +64,7 @@ def execute(arguments: argparse.Namespace) -> int:
             raise WrongArgument(f"--fault: {unknown('fault', name, known_faults())}")
     settings = settings_from(arguments, ini=OF_MUTATE)
     ads = None if settings.ads == REFERENCE else settings.ads
-    find_ads(ads, process="off")  # before anything drives
+    reads = read_by(find_ads(ads, process="off"))  # before anything drives
     try:
         source = sample(arguments.source, arguments.mutants) if arguments.source else []
     except SourceError as error:
@@ -71,7 +72,9 @@ def execute(arguments: argparse.Namespace) -> int:
     count = f"{len(scenarios)} scenario{'' if len(scenarios) == 1 else 's'}"
     print(f"dvp mutate: {count}, stage dt, {named_stack(settings)}", file=sys.stderr)
     with progress("dvp mutate", "driving") as tick, workers(arguments, tick, drive_once) as crew:
-        found = mutate(scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds, source=source)
+        found = mutate(
+            scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds, source=source, reads=reads
+        )
     if arguments.json:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False))
     else:

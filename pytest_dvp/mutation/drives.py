@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pytest_dvp.mutation.catalogue import known_faults
+from pytest_dvp.mutation.needs import met
 from pytest_dvp.mutation.source_mutants import WORD, mutant_named, planted
 from pytest_dvp.workers.job import Job
 
@@ -29,12 +30,14 @@ class Drive(Job):
 @dataclasses.dataclass(frozen=True)
 class Outcome:
     """What a drive gave: its status, verdicts by gate (text -> status) and all metrics (None: undefined).
-    clean: those of the gates that are no requirements but bounds of clean drives."""
+    clean: those of the gates that are no requirements but bounds of clean drives; met: what the drive met
+    of what faults need."""
 
     status: str
     gates: Mapping[str, str]
     metrics: Mapping[str, float | None]
     clean: Sequence[str] = ()
+    met: Sequence[str] = ()
 
     @property
     def failed(self) -> list[str]:
@@ -58,8 +61,9 @@ def drive_once(drive: Drive) -> dict[str, Any]:
     with planted(mutant_named(drive.fault)) if of_source else contextlib.nullcontext():
         result = run(drive.scenario, ads=stack, seed=drive.seed)
     gates = {verdict.gate: verdict.status for verdict in result.verdicts}
+    metrics = {name: _finite(value) for name, value in result.metrics.items()}
     return {
-        "status": result.status, "gates": gates, "metrics": {n: _finite(v) for n, v in result.metrics.items()},
+        "status": result.status, "gates": gates, "metrics": metrics, "met": met(result.log, metrics),
         "clean": [verdict.gate for verdict in result.verdicts if verdict.clean],
     }  # fmt: skip
 

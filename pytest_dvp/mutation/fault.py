@@ -30,7 +30,8 @@ class Memory:
 @dataclasses.dataclass(frozen=True)
 class Fault:
     """One fault. sees: what it does to an observation; sends: to a command; maps: to the map that the stack is made
-    with; asks: what a scenario needs for it to matter."""
+    with; asks: what a scenario needs for it to matter (`needs.py`); of: the sensors that it changes, by the names of
+    `Observation`: a stack that reads none of them does not notice."""
 
     name: str
     where: Where
@@ -38,6 +39,7 @@ class Fault:
     sends: Sent | None = None
     asks: str = ""
     maps: Mapped | None = None
+    of: tuple[str, ...] = ()
 
 
 def unchanged(observation: Observation, memory: Memory) -> Observation:

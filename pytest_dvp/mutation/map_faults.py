@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 
 from pytest_dvp.mutation.fault import Fault, Mapped, Memory, Seen
+from pytest_dvp.mutation.needs import CROSSWALK, GOAL, LIGHT, PASSED, ROUTE
 from vehicle.messages import Observation
 
 SHIFT = 0.5  # m to the left
@@ -91,17 +92,15 @@ def _moved_crosswalk(crosswalk: Any) -> Any:
     )
 
 
-_LIGHT, _CROSSWALK = "a traffic light on its way", "a crosswalk on its way"
-
 MAP_FAULTS: tuple[Fault, ...] = (
-    Fault("map_without_lights", "map", maps=_things("signals", lambda s: None), asks=_LIGHT),
-    Fault("map_lights_5m_late", "map", maps=_things("signals", _moved_light), asks=_LIGHT),
-    Fault("map_without_crosswalks", "map", maps=_things("crosswalks", lambda c: None), asks=_CROSSWALK),
-    Fault("map_crosswalks_5m_late", "map", maps=_things("crosswalks", _moved_crosswalk), asks=_CROSSWALK),
+    Fault("map_without_lights", "map", maps=_things("signals", lambda s: None), asks=LIGHT),
+    Fault("map_lights_5m_late", "map", maps=_things("signals", _moved_light), asks=LIGHT),
+    Fault("map_without_crosswalks", "map", maps=_things("crosswalks", lambda c: None), asks=CROSSWALK),
+    Fault("map_crosswalks_5m_late", "map", maps=_things("crosswalks", _moved_crosswalk), asks=CROSSWALK),
     Fault("map_lanes_half_m_left", "map", maps=_shifted),
-    Fault("map_lanes_70_percent_wide", "map", maps=_narrow, asks="something to pass"),
-    Fault("task_goal_5m_short", "task", sees=_task(_goal(-5.0)), asks="a goal"),
-    Fault("task_without_route", "task", sees=_task(lambda t: msgspec.structs.replace(t, route=())), asks="a route"),
+    Fault("map_lanes_70_percent_wide", "map", maps=_narrow, asks=PASSED),
+    Fault("task_goal_5m_short", "task", sees=_task(_goal(-5.0)), asks=GOAL),
+    Fault("task_without_route", "task", sees=_task(lambda t: msgspec.structs.replace(t, route=())), asks=ROUTE),
     Fault("task_2s_late", "task", sees=_late),
 )
 """In the order of the report."""

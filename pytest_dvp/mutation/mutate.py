@@ -89,17 +89,28 @@ class Judged:
 
 @dataclasses.dataclass(frozen=True)
 class Mutation:
-    """Result of `mutate`. unsound: gates that did not pass in clean drives, with how many; they kill nothing."""
+    """Result of `mutate`. unsound: gates that did not pass in clean drives, with how many; they kill nothing. met: what
+    clean drives met of what faults need; reads: the sensors that the stack declares to read, None if it does not."""
 
     judged: tuple[Judged, ...]
     scenarios: tuple[str, ...]
     clean: int
     unsound: Mapping[str, int]
+    met: frozenset[str] = frozenset()
+    reads: frozenset[str] | None = None
+
+    def why_idle(self, fault: Fault) -> str:
+        """Why a fault may have changed no drive: what the stack does not read, or what no drive met; else empty."""
+        if fault.of and self.reads is not None and self.reads.isdisjoint(fault.of):
+            return f"your stack does not read {' or '.join(fault.of)}"
+        return f"needs {fault.asks}" if fault.asks and fault.asks not in self.met else ""
 
     def as_dict(self) -> dict[str, Any]:
         """The document of `dvp mutate --json`."""
         return {
-            "faults": [one.as_dict() for one in self.judged], "scenarios": list(self.scenarios),
+            "faults": [
+                {**one.as_dict(), "why_idle": "" if one.changed else self.why_idle(one.fault)} for one in self.judged
+            ], "scenarios": list(self.scenarios),
             "clean_seeds": self.clean, "unsound": dict(self.unsound),
         }  # fmt: skip
 
@@ -112,11 +123,13 @@ def mutate(
     faults: Sequence[str] = (),
     clean: int = CLEAN_SEEDS,
     source: Sequence[SourceMutant] = (),
+    reads: frozenset[str] | None = None,
 ) -> Mutation:
     """Drive each scenario with `clean` seeds and no fault, and once with each fault.
 
     ads: as `--ads` takes it, None for the reference stack; workers: those of `drive_once`; faults: names, none for all;
-    source: changes of the stack's own source besides. Raises AdsError or ScenarioError (one line).
+    source: changes of the stack's own source besides; reads: the sensors that the stack declares to read. Raises
+    AdsError or ScenarioError (one line).
     """
     chosen = [known_faults()[name] for name in faults] or list(known_faults().values())
     chosen += [Fault(mutant.name, "source") for mutant in source]
@@ -141,7 +154,8 @@ def mutate(
         judge_fault(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound)
         for fault in chosen
     )
-    return Mutation(judged, tuple(names), clean, unsound)
+    met = frozenset(need for drives in clean_drives.values() for drive in drives for need in found[drive].met)
+    return Mutation(judged, tuple(names), clean, unsound, met, reads)
 
 
 def envelopes_of(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:

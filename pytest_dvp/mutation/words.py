@@ -28,7 +28,8 @@ def mutation_lines(found: Mutation) -> list[str]:
     idle = [one for one in found.judged if not one.changed]
     if idle:
         lines += ["", "no scenario excites:"]
-        lines += [f"  {one.fault.name}" + (f" (needs {one.fault.asks})" if one.fault.asks else "") for one in idle]
+        whys = [found.why_idle(one.fault) for one in idle]
+        lines += [f"  {one.fault.name}" + (f" ({why})" if why else "") for one, why in zip(idle, whys, strict=True)]
     if found.unsound:
         lines += ["", "gates that do not pass without any fault, and so notice nothing:"]
         lines += [f"  {gate}: {count} of {found.clean} clean drives" for gate, count in found.unsound.items()]

@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
+from results_logs import log_of, track
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.mutation.catalogue import FAULTS, known_faults
@@ -19,7 +20,8 @@ from pytest_dvp.mutation.drives import Outcome
 from pytest_dvp.mutation.fault import Fault, Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
-from pytest_dvp.mutation.mutate import Envelope, Mutation, Proposal, envelopes_of, judge_fault
+from pytest_dvp.mutation.mutate import Envelope, Judged, Mutation, Proposal, envelopes_of, judge_fault
+from pytest_dvp.mutation.needs import BEND, CROSSWALK, GOAL, PEDESTRIAN, SPEED, STOP, met
 from pytest_dvp.mutation.words import mutation_lines
 from pytest_dvp.verdicts.judging import check_gates, read_gates
 from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
@@ -370,6 +372,45 @@ def test_what_only_habits_notice_is_told() -> None:
     )
     both = dataclasses.replace(outcome, gates={**gates, "tet <= 0.00 s": "FAIL"})
     assert not judge_fault(Fault("f", "observation"), {"a.xosc": both}, envelopes, {}).by_habit
+
+
+def test_a_fault_without_effect_has_a_reason_only_where_one_is_known() -> None:
+    """What the stack does not read comes before what the drives lack; what they met is no reason."""
+    names = ("camera_no_pedestrians", "blind", "map_without_lights", "gnss_doubled", "steer_limited_10deg")
+    judged = tuple(Judged(known_faults()[name], False, (), 0.0, "", None) for name in names)
+    found = Mutation(judged, ("a.xosc",), 20, {}, frozenset({PEDESTRIAN, BEND}), frozenset({"gnss", "lidar"}))
+    lines = mutation_lines(found)
+    assert lines[lines.index("no scenario excites:") + 1 :] == [
+        "  camera_no_pedestrians (your stack does not read camera)",
+        "  blind (needs a road user in its way)",
+        "  map_without_lights (needs a traffic light that it meets at red)",
+        "  gnss_doubled",
+        "  steer_limited_10deg",
+    ]
+    assert dataclasses.replace(found, reads=None).why_idle(judged[0].fault) == ""
+
+
+def test_each_fault_of_a_sensor_names_it() -> None:
+    assert [fault.name for fault in FAULTS if fault.where == "observation" and not fault.of] == [
+        "signals_lost", "signals_all_green",  # which every stack is given
+    ]  # fmt: skip
+    assert {name for fault in FAULTS for name in fault.of} == {"gnss", "odometry", "imu", "lidar", "camera"}
+
+
+def test_what_a_drive_met_is_told_from_its_log() -> None:
+    t = 0.01 * np.arange(1001)
+    crossing = np.array([[30.0, -2.0], [33.0, -2.0], [33.0, 2.0], [30.0, 2.0]])
+    walker = track(t[::5], 40.0, 3.0)
+    walker = dataclasses.replace(walker, kind="pedestrian")
+    v = np.where(t < 8.0, 5.0, 0.0)
+    columns = {"v": v, "x": np.minimum(5.0 * t, 40.0), "y": 0.0, "yaw": 0.0}
+    task = {"route": [], "set_speed": 5.0}
+    straight = log_of(columns=columns, objects={"a": walker}, meta={"task": task})
+    straight = dataclasses.replace(straight, road=[{"kind": "crosswalk", "points": crossing}])
+    assert set(met(straight, {"stop_line": None, "goal_reached": 1.0})) == {PEDESTRIAN, STOP, CROSSWALK, GOAL, SPEED}
+    turning = log_of(columns={**columns, "v": 5.0, "y": 50.0, "yaw": 0.1 * t})
+    turning = dataclasses.replace(turning, road=[{"kind": "crosswalk", "points": crossing}])
+    assert met(turning, {}) == [BEND]
 
 
 def test_of_two_proposals_the_tighter_one_is_written(tmp_path: Path) -> None:
