@@ -59,7 +59,8 @@ class RunSummary:
     def reported_run(self, *, failed: bool) -> dict[str, Any]:
         """The run that stands for all: of a failed test the last one, which failed it; else the tightest.
 
-        Keys besides those of the run: driven, tightest (True if it was chosen among several), and of a search
+        Keys besides those of the run: driven, tightest (True if it was chosen among several), of a passed test that
+        gave none of the runs to `gate` `never_judged`: how many gates did not pass, and of a search
         `search`: variants, and never_fired {event: number of variants in which it did not}. Gates that did not pass
         and that the test left out are NOT_ASKED, and do not count in the status; a fault of the run does.
         """
@@ -76,6 +77,7 @@ class RunSummary:
             status = worst_status(verdicts)
         if failed and self.raised and status in ("PASS", NOT_ASKED):
             status = "INCONCLUSIVE"  # no gate of that name
+        left_out = sum(v["status"] == NOT_ASKED for v in verdicts)
         return {
             **chosen,
             "verdicts": verdicts,
@@ -83,6 +85,7 @@ class RunSummary:
             "replay": on_condition(chosen["replay"], metrics_of(self.asked or (), chosen["verdicts"]), self.optional),
             "driven": self.driven,
             "tightest": self.driven > 1 and not failed,
+            **({"never_judged": left_out} if left_out and not (failed or self.judged) else {}),
             **({"search": self._search()} if self.silent else {}),
         }
 

@@ -16,8 +16,8 @@ from pytest_dvp.text.names import NOT_ASKED
 from pytest_dvp.text.printable import clean
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN, Result, conditions, gathered, page_of, reason, without_clean
 from pytest_dvp.verdicts.stage_table_text import table_lines
+from reports.verdicts import HARM, urgency
 from reports.verdicts import SEVERITY as ORDER
-from reports.verdicts import urgency
 
 MAX_LINES = 20  # runs in the summary; chosen: a screen
 MAX_NOTES = 5  # of one kind; chosen, not measured
@@ -38,7 +38,7 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     clean_bounds = sum(bool(verdict.get("clean")) for verdict in every)
     rows = sorted(
         (
-            (urgency(verdict), case, verdict)
+            (_place(verdict), case, verdict)
             for case in results
             for verdict in gathered(without_clean(case["verdicts"])[0])
         ),
@@ -50,7 +50,7 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     if clean_bounds:
         counted.append(f"{_count(clean_bounds, 'bound')} of clean drives")
     out = [f"{', '.join(counted)}: {tally}"]
-    said = [*vacuous(results), *notes(results)]
+    said = [*never_judged(results), *vacuous(results), *notes(results)]
     room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]
     for _, case, verdict in shown:
@@ -59,7 +59,7 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
         chosen = f" (tightest of {case['driven']} runs)" if case.get("tightest") else ""
         out.append(clean(f"{verdict['status']:<12} {_name(case)}{chosen} {why}{_margin(verdict)}"))
     if len(shown) < len(rows):
-        left_out = " or not asked for" if rows[-1][2]["status"] == NOT_ASKED else ""
+        left_out = " or not asked for" if any(row[2]["status"] == NOT_ASKED for row in rows[len(shown) :]) else ""
         out.append(f"... {len(rows) - len(shown)} more gates with larger margins{left_out}")
     out += said
     out.append(action(results))
@@ -99,6 +99,16 @@ def vacuous(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
     return said if len(said) <= limit else [*said[: limit - 1], f"... {len(said) - limit + 1} more searches"]
 
 
+def never_judged(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
+    """Runs of passed tests that were given to no `gate`, and would not have passed; at most `limit` lines."""
+    said = [
+        clean(f"{_name(case)}: never judged: {_count(case['never_judged'], 'gate')} did not pass, and the test never "
+              "calls gate(result)")
+        for case in results if case.get("never_judged")
+    ]  # fmt: skip
+    return said if len(said) <= limit else [*said[: limit - 1], f"... {len(said) - limit + 1} more never judged"]
+
+
 def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
     """What is bad and not judged, and what of the storyboards is doubtful; at most `limit` lines."""
     found = [(case, note) for case in results for note in case.get("notes", ())]
@@ -135,14 +145,23 @@ def append_table(path: Path, results: Sequence[Result]) -> None:
         "|---|---|---|---|---|---|---|",
     ]
     for case in results:
-        for v in sorted(case["verdicts"], key=urgency):
+        for v in sorted(case["verdicts"], key=_place):
             cells = [case["scenario"], case["stage"], v["gate"], v["status"], _with_unit(v, "value")]
             cells += [_with_unit(v, "bound"), _number(v["margin"]) if _finite(v.get("margin")) else ""]
             rows.append("| " + " | ".join(_cell(cell) for cell in cells) + " |")
-    said = vacuous(results, len(results))
+    said = [*never_judged(results, len(results)), *vacuous(results, len(results))]
     rows += ["", *(f"- {_cell(line)}" for line in said)] if said else []
     with path.open("a", encoding="utf-8") as stream:
         stream.write("\n".join([*rows, "", ""]))
+
+
+def _place(verdict: Mapping[str, Any]) -> tuple[float, int, float]:
+    """Sort key: as `urgency`, but what did not pass and was not asked for stands before what passed, and harm of it
+    with that of the failures."""
+    order, harm, left = urgency(verdict)
+    if verdict["status"] != NOT_ASKED:
+        return order, harm, left
+    return (ORDER["FAIL"] if verdict["metric"] in HARM else ORDER["PASS"] - 0.5), harm, left
 
 
 def _count(n: int, noun: str) -> str:

@@ -63,7 +63,8 @@ def test_a_gate_that_a_passed_test_left_out_is_no_failure_and_the_replay_says_wh
     noted.add_request(["max_ttc_inverse"], passed=True)
     lines = session_summary.lines([noted.reported_run(failed=False)])
     assert lines[0] == "1 run, 3 gates: 2 PASS, 1 NOT ASKED"
-    assert lines[-2].startswith("NOT ASKED    x.xosc::dt collision 1 against 0")
+    assert lines[1].startswith("NOT ASKED    x.xosc::dt collision 1 against 0")  # harm stands first
+    assert len(lines) == 5  # and nothing says that it was never judged
     assert lines[-1] == "see it again: dvp run x.xosc --seed 7 --gate max_ttc_inverse"
     assert session_summary.github_annotations([noted.reported_run(failed=False)]) == []
 
@@ -72,6 +73,24 @@ def test_a_passed_test_that_asks_for_no_gate_has_no_failures() -> None:
     told = RunSummary(LEFT_OUT).reported_run(failed=False)
     assert told["status"] == "PASS"
     assert session_summary.lines([told])[-1] == "see it again: dvp run x.xosc --seed 7"
+
+
+def test_what_was_not_asked_for_and_did_not_pass_stands_before_what_passed() -> None:
+    harsh = verdict("jerk", 9.0, 4.0, "FAIL")
+    noted = RunSummary(result(verdict("rmse", 0.1, 0.4, "PASS"), harsh, verdict("collision", 1.0, 0.0, "FAIL")))
+    told = noted.reported_run(failed=False)
+    slow = result(verdict("completion_time", 80.0, 70.0, "FAIL"), nodeid="y.xosc::dt")
+    lines = session_summary.lines([slow, told])
+    metrics = ["collision", "completion_time", "jerk", "rmse"]
+    assert [next(m for m in metrics if f" {m} " in line) for line in lines[1:5]] == metrics
+    assert lines[5] == "x.xosc::dt: never judged: 2 gates did not pass, and the test never calls gate(result)"
+    assert lines[-1].startswith("replay the worst: ")  # of the test that failed
+
+
+def test_a_run_that_nobody_judged_and_that_would_have_passed_is_no_warning() -> None:
+    told = RunSummary(result(verdict("jerk", 1.0, 4.0, "PASS"))).reported_run(failed=False)
+    assert not session_summary.never_judged([told])
+    assert not session_summary.never_judged([RunSummary(LEFT_OUT).reported_run(failed=True)])  # its failure says it
 
 
 def test_a_failed_test_that_asks_for_no_gate_shows_what_its_gates_say() -> None:
