@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.drive.compile_time import COMPILING
 from pytest_dvp.drive.deadline import Deadline
 from pytest_dvp.drive.stack_faults import AdsFault, StackHung, one_line, raised, what
+from pytest_dvp.rooms.own_package_advice import other_class
 
 if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
@@ -89,6 +90,8 @@ class OnlyTick:
 
     def _checked(self, command: Any) -> Command:
         if not isinstance(command, self._command):
+            if type(command).__name__ == self._command.__name__:  # of another package of the name of ours
+                raise AdsFault(f"ADS {self._name}: tick returned {other_class(type(command), self._command)}")
             raise AdsFault(f"ADS {self._name}: tick returned {what(command)}, expected a vehicle.messages.Command")
         steer, accel, throttle, brake = command.steer, command.accel, command.throttle, command.brake
         try:

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
+from pytest_dvp.rooms import side_by_side
+from pytest_dvp.rooms.own_package_advice import import_advice
 from pytest_dvp.text.errors import SettingError
 
 _OURS = frozenset(
@@ -122,12 +124,16 @@ def place_of(trace: str) -> str:
 
 
 def one_line(error: BaseException) -> str:
-    """Kind, text and innermost place of an error of somebody else's code."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith("<")]
+    """Kind, text and innermost place of an error of somebody else's code, and the cure where it is known."""
+    frames = [
+        frame for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<") and frame.filename != side_by_side.__file__  # it passes imports on
+    ]  # fmt: skip
     frames = frames if frames and frames[-1].filename not in _OURS else []
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{place}" if text else f"{type(error).__name__}{place}"
+    told = f"{type(error).__name__}: {text}{place}" if text else f"{type(error).__name__}{place}"
+    return told + import_advice(error)
 
 
 def what(thing: object) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_dvp.rooms.side_by_side import ROOT
 from tests.plugin.conftest import write_scenario
 
 STACK = """
@@ -156,3 +157,39 @@ def test_theirs_beside_ours_loaded_by_hand_is_said_by_dvp_in_one_line(project: P
     assert done.returncode == 2
     assert done.stderr.startswith(f"dvp: {project}/vehicle hides the package 'vehicle' that pytest_dvp needs: ")
     assert done.stderr.count("\n") == 1
+
+
+WRONG = """
+from vehicle.messages import Command
+
+
+class Stack:
+    def tick(self, observation):
+        return Command(observation.t, 0.0, 0.0, 0.0, 0.0)
+"""
+THEIR_COMMAND = """
+import collections
+
+Command = collections.namedtuple("Command", "t steer accel throttle brake")
+"""
+CURE = "`from pytest_dvp.rooms.vehicle.messages import"
+
+
+@pytest.mark.parametrize("own_messages", [False, True])
+def test_a_stack_that_means_our_command_and_gets_theirs_is_told_how_to_import_ours(
+    project: Path, own_messages: bool
+) -> None:
+    (project / "wrong.py").write_text(WRONG)
+    if own_messages:
+        (project / "vehicle" / "messages.py").write_text(THEIR_COMMAND)
+    done = started([*DVP, "run", "s.xosc", "--no-report", "--ads", "wrong.py:Stack"], project, PYTHONPATH=".")
+    line, *_ = [line for line in (done.stdout + done.stderr).splitlines() if CURE in line]
+    assert "side_by_side" not in line
+    if own_messages:
+        assert (
+            f"tick returned a Command of {project}/vehicle/messages.py, expected that of {ROOT}/vehicle/messages.py: "
+            in line
+        )
+    else:
+        assert "No module named 'vehicle.messages' (wrong.py:2); " in line
+        assert f"'vehicle' is {project}/vehicle/__init__.py here, " in line
