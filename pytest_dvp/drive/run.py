@@ -278,8 +278,9 @@ def _judged(
 
     error, times = loop.error, tick_time(loop.seconds, TICK)
     monitors = ready.storyboard.world.monitors
-    findings = (*of_road(ready.network), *loop.commands.findings(), *loop.plausibility.findings())
     log = dataclasses.replace(ready.recorder.finish(), tick_time=times)
+    of_commands = (*loop.commands.findings(), *loop.commands.ignored(log.meta.get("model", {})))
+    findings = (*of_road(ready.network), *of_commands, *loop.plausibility.findings())
     measured = measure(log)
     verdicts = tuple(judge(ready.gates, log))
     if (troubled := wire_verdict(log)) is not None:

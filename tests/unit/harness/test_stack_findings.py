@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import scenarios
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.tick_time import tick_time
@@ -70,6 +71,41 @@ def test_it_is_said_in_a_session_with_workers_and_in_junit(scenario: Write, pyte
     names = {p.get("name"): p.get("value") for p in ElementTree.parse("out.xml").iter("property")}
     assert str(names["finding.dvp.command_out_of_range.steer"]).startswith("command beyond the car: steer 99 rad")
     assert float(str(names["tick_time.median"])) >= 0.0
+
+
+def test_a_car_with_pedals_that_is_only_asked_for_an_acceleration_coasts_and_the_run_says_why(scenario: Write) -> None:
+    def by_accel(o: Observation) -> Command:
+        return Command(o.t, 0.0, 0.0 if o.t < 0.99 else -2.0 if o.t < 2.0 else -3.0, 0.0, 0.0)
+
+    result = run(scenario(), ads=OneTrick(by_accel))
+    (found,) = result.findings
+    assert (found["code"], found["field"], found["t"]) == ("dvp.command_ignored", "accel", 1.0)
+    assert (found["found"], found["worst"]) == (-2.0, -3.0)
+    (said,) = [note for note in result.notes if note.startswith("command that the car ignores: ")]
+    assert "accel -2 m/s^2 at t=1.00 s" in said
+    assert "driven by throttle_cmd + brake_cmd, and the stack never commands that" in said
+
+
+def test_a_car_driven_by_acceleration_that_is_only_asked_by_pedals_is_told_likewise(
+    scenario: Write, tmp_path: Path
+) -> None:
+    model = tmp_path / "accel.toml"
+    text = (Path(scenarios.__file__).parent / "models" / "tabby_evo.toml").read_text()
+    lines = [line for line in text.splitlines() if not line.startswith(("full_throttle", "full_brake"))]
+    model.write_text("\n".join(lines).replace('"throttle_cmd + brake_cmd"', '"accel_cmd"'))
+    pedals = run(scenario(), ads=OneTrick(lambda o: Command(o.t, 0.0, 0.0, 0.5, 0.0)), model=model)
+    assert [(found["code"], found["field"]) for found in pedals.findings] == [("dvp.command_ignored", "throttle")]
+    accel = run(scenario(), ads=OneTrick(lambda o: Command(o.t, 0.0, 1.0, 0.0, 0.0)), model=model)
+    assert accel.findings == ()
+
+
+@pytest.mark.parametrize("later", [Command(0.0, 0.0, 1.0, 0.3, 0.0), Command(0.0, 0.0, 0.0, 0.0, 0.0)])
+def test_a_stack_that_sets_both_or_nothing_is_told_nothing(scenario: Write, later: Command) -> None:
+    def both(o: Observation) -> Command:
+        first = Command(o.t, 0.0, later.accel, 0.0, 0.0)
+        return first if o.t < 1.0 else Command(o.t, 0.0, later.accel, later.throttle, 0.0)
+
+    assert run(scenario(), ads=OneTrick(both)).findings == ()
 
 
 def test_at_the_limits_of_the_car_nothing_is_found(scenario: Write) -> None:
