@@ -42,7 +42,10 @@ class Crew(Protocol):
 
 @dataclasses.dataclass
 class Progress:
-    """What a campaign has done: `driven` now, `known` from before, `failed` of both, in seconds `since` it began."""
+    """What a campaign has done: `driven` now, `known` from before, `failed` of both, in seconds `since` it began.
+
+    shrinking: drives that come on top and make a failure smaller; as in the answer, they count nowhere else.
+    """
 
     wanted: int = 0
     driven: int = 0
@@ -50,15 +53,17 @@ class Progress:
     failed: int = 0
     vacuous: int = 0
     excluded: int = 0
+    shrinking: int = 0
     since: float = dataclasses.field(default_factory=time.monotonic)
 
     def text(self) -> str:
         """`120 of 200 driven, 7 failed, 4.2/s, 19 s left`."""
-        # Drives that shrink a failure come on top of what was asked for; how many is not known before.
         done, seconds = self.driven + self.known, time.monotonic() - self.since
         said = f"{done} of {max(self.wanted, done)} driven, {self.failed} failed"
         said += f", {self.vacuous} vacuous" if self.vacuous else ""
         said += f", {self.excluded} outside the constraints" if self.excluded else ""
+        if self.shrinking:  # how many there will be is not known before
+            return f"{said}; {self.shrinking} more to find the smallest variant of each kind of failure"
         if self.driven and seconds > 0.0:
             rate = self.driven / seconds
             said += f", {rate:.1f}/s, {max(self.wanted - done, 0) / rate:.0f} s left"
@@ -133,6 +138,9 @@ class Campaign:
         return not any(f" {limit:g} s" in row.message for limit in now)
 
     def _count(self, row: Row, *, known: bool) -> None:
+        if row.purpose == SHRINKING:
+            self.progress.shrinking += not known
+            return
         self.progress.known += known
         self.progress.driven += not known
         self.progress.failed += row.failed

@@ -6,9 +6,13 @@ import csv
 import json
 import sqlite3
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from pytest_dvp.campaigns.campaign import Campaign, Progress
+from pytest_dvp.campaigns.store import SHRINKING
 from pytest_dvp.cli.command_line import main
 from scenarios import path as shipped
 
@@ -38,6 +42,21 @@ def test_a_campaign_is_driven_read_and_exported(tmp_path: Path, capsys: pytest.C
     assert main(["campaign", str(tmp_path / "out"), "--export", "csv"]) == 0
     with (tmp_path / "out" / "runs.csv").open() as table:
         assert len(list(csv.DictReader(table))) == 3
+
+
+def test_progress_tells_drives_that_shrink_a_failure_apart_from_those_that_were_asked_for() -> None:
+    """60 were asked for, 2 failed; 44 more drives, 13 of which failed too, find the smallest variants."""
+    done = Progress(wanted=60, driven=60, failed=2, shrinking=44)
+    said = "60 of 60 driven, 2 failed; 44 more to find the smallest variant of each kind of failure"
+    assert done.text() == said
+
+
+def test_a_drive_that_shrinks_a_failure_counts_as_nothing_else() -> None:
+    counted = SimpleNamespace(progress=Progress(wanted=3))
+    for purpose in ("sample", SHRINKING, SHRINKING):
+        row: Any = SimpleNamespace(purpose=purpose, failed=True, vacuous=False, verdict="FAIL")
+        Campaign._count(counted, row, known=False)  # type: ignore[arg-type]
+    assert (counted.progress.driven, counted.progress.failed, counted.progress.shrinking) == (1, 1, 2)
 
 
 def test_a_campaign_in_which_nothing_was_decided_does_not_pass(
