@@ -160,8 +160,13 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
 
     if not is_searched(pyfuncitem):
         return (yield)
-    with Searched(pyfuncitem).watched():
-        return (yield)
+    from pytest_dvp.campaigns.constraint_range import FuzzError
+
+    try:
+        with Searched(pyfuncitem).watched():
+            return (yield)
+    except FuzzError as error:  # one line about the test's own words, and dozens of Hypothesis above it
+        pytest.fail(str(error), pytrace=False)
 
 
 @pytest.hookimpl(tryfirst=True)
