@@ -22,6 +22,8 @@ from pytest_dvp.text.flags import is_on
 from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.spelling import misspelt, unknown
 
+TABLE = {"gates": "gate", "stage_gates": "gate", "model": "model"}
+"""Options that name a TOML file, and the table by which such a file is known: only such a file is suggested."""
 _NO_SETTINGS = ("DVP_SHARED",)  # where our own tests look for material beside the checkout: nearly DVP_SHARD
 
 
@@ -52,7 +54,7 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     if setting.kind == "path":
         return possible_folder(base / text, origin)
     if setting.kind == "file":
-        return _file(base / text, origin)
+        return _file(base / text, origin, TABLE.get(setting.key, ""))
     if setting.kind == "new_file":
         return _new_file(base / text, origin)
     if setting.kind == "ads" and text != REFERENCE:
@@ -175,15 +177,15 @@ def _new_file(path: Path, origin: str) -> Path:
     return path.absolute()
 
 
-def _missing(origin: str, what: str, path: Path) -> SettingError:
+def _missing(origin: str, what: str, path: Path, table: str = "") -> SettingError:
     from pytest_dvp.text.near_path import looked_for
 
-    return SettingError(f"{origin}: {what} {path}{looked_for(path)}")
+    return SettingError(f"{origin}: {what} {path}{looked_for(path, table)}")
 
 
-def _file(path: Path, origin: str) -> Path:
+def _file(path: Path, origin: str, table: str = "") -> Path:
     if not path.is_file():
-        raise _missing(origin, "no file", path)
+        raise _missing(origin, "no file", path, table)
     return path.absolute()
 
 
