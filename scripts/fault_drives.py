@@ -114,6 +114,7 @@ def caught(row: dict[str, Any], scenario: str, metric: str) -> dict[str, Any]:
     first, further = [[m[metric] for m in some if m.get(metric) is not None] for some in (clean[:CLEAN], clean[CLEAN:])]
     envelope, value = Envelope(min(first), max(first), len(first)), row["metrics"][metric]
     gate = proposed_gate(scenario, metric, value, envelope)
+    assert gate is not None, f"clean drives of {scenario} break the default gate of {metric}"
     low, high = (-math.inf if gate.min is None else gate.min), (math.inf if gate.max is None else gate.max)
     broken = sum(not low <= one <= high for one in further)
     return {"gate": f"{metric} {low:.4g} to {high:.4g}", "kills": not low <= value <= high,

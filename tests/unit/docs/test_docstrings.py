@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import pytest_dvp
+from pytest_dvp.rooms.side_by_side import PREFIX
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp")
@@ -66,8 +67,9 @@ def name(node: ast.expr) -> str:
 
 @cache
 def contents(module: str) -> tuple[list[ast.stmt], list[ast.ImportFrom]]:
-    """Statements of a module, and its imports at whatever depth."""
-    path = ROOT / module.replace(".", "/")
+    """Statements of a module, and its imports at whatever depth; `pytest_dvp.rooms.vehicle` is `vehicle`."""
+    plain = module.removeprefix(PREFIX)
+    path = ROOT / (plain if plain.partition(".")[0] in PACKAGES else module).replace(".", "/")
     tree = ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
     return tree.body, [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
 
