@@ -16,7 +16,7 @@ def import_advice(error: BaseException) -> str:
     top = str(name or "").partition(".")[0]
     if top not in PACKAGES or not is_apart():
         return ""
-    return f"; {top!r} is {file_of(top)} here, and ours is imported by `{_import_of(str(name))}` ({PAGE})"
+    return f"; {top!r} is {file_of(top)} here, and ours is imported by `{_import_of(str(name))} ...` ({PAGE})"
 
 
 def other_class(found: type, expected: type) -> str:
