@@ -265,7 +265,10 @@ def _signals(network: Map, spans: tuple[LaneSpan, ...], path: FloatArray) -> tup
 
 
 def _faces(network: Map, signal: object, leg: Leg) -> bool:
-    """True unless the signal is for the other direction ("+" is for traffic along increasing s)."""
+    """True unless the signal is for the other direction ("+" is for traffic along increasing s) or for other lanes."""
+    validity = getattr(signal, "validity", ())
+    if validity and not any(low <= leg.lane <= high for low, high in validity):
+        return False
     orientation = str(getattr(signal, "orientation", "none"))
     sign = network.driving_sign(leg.road, leg.lane, leg.s_from)
     return not ((orientation == "+" and sign < 0) or (orientation == "-" and sign > 0))

@@ -186,7 +186,12 @@ class RoadObject(msgspec.Struct, frozen=True):
 
 
 class Signal(msgspec.Struct, frozen=True):
-    """A traffic sign or light at s, t [m] of a road; `value` as written (a speed limit, say)."""
+    """A traffic sign or light at s, t [m] of a road; `value` as written (a speed limit, say).
+
+    A signalReference of the file is a further Signal of the same id: on the road that refers to it, with the place,
+    orientation and validity that stand there. `validity`: ranges (lowest, highest) of the lane ids that it is for;
+    without any it is for all lanes of its orientation.
+    """
 
     id: str
     name: str
@@ -205,6 +210,7 @@ class Signal(msgspec.Struct, frozen=True):
     width: float
     height: float
     line: int
+    validity: tuple[tuple[int, int], ...] = ()
 
 
 class Road(msgspec.Struct, frozen=True):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TypeVar
 
+import msgspec
+
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Corner, Repeat, RoadObject, Signal
+from openscenario.road.elements import Corner, Repeat, Road, RoadObject, Signal
 from openscenario.xml import Node
 
 MAX_CORNERS = 10_000  # of one outline; chosen, not measured: a file with more is a mistake or an attack
@@ -120,6 +122,48 @@ def _read_signal(attributes: Attributes, node: Node, road: str) -> Signal:
         unit=node.get("unit"),
         width=number(node, "width", 0.0),
         height=number(node, "height", 0.0),
+        line=node.line,
+        validity=_read_validity(attributes, node),
+    )
+
+
+def _read_validity(attributes: Attributes, node: Node) -> tuple[tuple[int, int], ...]:
+    """The ranges of lane ids that a signal is for; from 0 to 0 is no lane that anybody drives on."""
+    found = []
+    for each in node.findall("validity"):
+        first, last = attributes.integer(each, "fromLane"), attributes.integer(each, "toLane")
+        found.append((min(first, last), max(first, last)))
+    return tuple(found)
+
+
+def refer(attributes: Attributes, roads: Sequence[Road], nodes: Sequence[Node]) -> tuple[Road, ...]:
+    """The roads with what their signalReference elements name; `nodes` are the elements of the roads.
+
+    A reference to a signal that is not in the file names nothing; the rules report it.
+    Source: ASAM OpenDRIVE 1.8, 14.5 (reuse of signals): the signal is valid on the referring road as well.
+    """
+    known = {signal.id: signal for road in roads for signal in road.signals}
+    found = []
+    for road, node in zip(roads, nodes, strict=True):
+        read = partial(_read_reference, road=road.id, known=known)
+        references = [each for group in node.findall("signals") for each in group.findall("signalReference")]
+        more = tuple(
+            item
+            for each in references
+            if each.get("id") in known and (item := _kept(attributes, read, each)) is not None
+        )
+        found.append(msgspec.structs.replace(road, signals=road.signals + more) if more else road)
+    return tuple(found)
+
+
+def _read_reference(attributes: Attributes, node: Node, road: str, known: Mapping[str, Signal]) -> Signal:
+    return msgspec.structs.replace(
+        known[node.get("id")],
+        road=road,
+        s=attributes.number(node, "s"),
+        t=attributes.number(node, "t"),
+        orientation=node.get("orientation", "none"),
+        validity=_read_validity(attributes, node),
         line=node.line,
     )
 

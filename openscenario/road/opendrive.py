@@ -25,7 +25,7 @@ from openscenario.road.elements import (
     Rule,
 )
 from openscenario.road.lane_reader import read_section, read_speed
-from openscenario.road.object_reader import read_objects, read_signals
+from openscenario.road.object_reader import read_objects, read_signals, refer
 from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
 from openscenario.road.repairs import LENIENT, Roads, forbids, judged, repaired
 from openscenario.road.rules import check_network
@@ -107,12 +107,13 @@ def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
     road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
     if not road_nodes:
         attributes.report("xml.valid_schema", root, "a road network needs at least one road")
+    roads = tuple(moved(_read_road(attributes, node), geo_offset) for node in road_nodes)
     network = OpenDrive(
         path=attributes.file,
         version=version,
         geo_reference=geo_reference,
         geo_offset=geo_offset,
-        roads=tuple(moved(_read_road(attributes, node), geo_offset) for node in road_nodes),
+        roads=refer(attributes, roads, road_nodes),
         junctions=tuple(_read_junction(attributes, node) for node in junction_nodes),
     )
     if not any(forbids(finding, version, LENIENT) for finding in attributes.findings):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,6 +98,15 @@ class TestMapMonitor:
         (signal,) = monitor.view(BEHIND + 25.0, {"lamp": "red", "another": "green"}).signals
         assert (signal.id, signal.state) == ("lamp", "red")
         assert signal.distance == pytest.approx(35.0, abs=0.1)
+
+    @pytest.mark.parametrize(("validity", "seen"), [(((-2, -2),), 0), (((-2, -1),), 1), ((), 1)])
+    def test_a_signal_for_other_lanes_is_none_of_ours(self, validity, seen):
+        class Lights(PlaneMap):
+            @property
+            def signals(self):
+                return (SimpleNamespace(id="lamp", road="1", s=60.0, orientation="+", validity=validity),)
+
+        assert len(self.monitor(Lights([(200.0, 0.0)])).signals) == seen
 
     def test_a_passed_crossing_is_out_of_view(self):
         assert self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 120.0).crossings == ()

@@ -31,6 +31,36 @@ def test_stop_line_is_where_the_signal_of_the_road_stands() -> None:
     assert np.cos(line["heading"] - pose.h) == pytest.approx(1.0)
 
 
+ROAD = """<OpenDRIVE><header revMajor="1" revMinor="7"/>
+<road id="1" length="200" junction="-1">
+<planView><geometry s="0" x="0" y="0" hdg="0" length="200"><line/></geometry></planView>
+<lanes><laneSection s="0"><center><lane id="0" type="none"/></center><right>{lanes}</right></laneSection></lanes>
+<signals><signal id="L" s="120" t="-12" dynamic="yes" orientation="+" type="1000001">{validity}</signal></signals>
+</road></OpenDRIVE>"""
+LANES = "".join(
+    f'<lane id="{-n}" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>' for n in (1, 2, 3)
+)
+
+
+@pytest.mark.parametrize(
+    ("ranges", "middles"),
+    [
+        ((), [(-5.25, 10.5)]),
+        (((-2, -2),), [(-5.25, 3.5)]),
+        (((-1, -1), (-3, -3)), [(-1.75, 3.5), (-8.75, 3.5)]),
+        (((0, 0),), []),
+    ],
+)
+def test_stop_line_lies_over_the_lanes_that_the_signal_is_valid_for(
+    tmp_path: Path, ranges: tuple[tuple[int, int], ...], middles: list[tuple[float, float]]
+) -> None:
+    """Three lanes of 3.5 m to the right of y = 0; `validity` says for which of them a signal is."""
+    validity = "".join(f'<validity fromLane="{low}" toLane="{high}"/>' for low, high in ranges)
+    (tmp_path / "road.xodr").write_text(ROAD.format(lanes=LANES, validity=validity))
+    lines = stop_lines(load_network(tmp_path / "road.xodr"))
+    assert [(line["y"], line["width"]) for line in lines] == [pytest.approx(each) for each in middles]
+
+
 def test_a_stale_command_has_its_age_in_the_log(scenario: Write) -> None:
     late = OneTrick(lambda o: Command(o.t - 0.1 if 1.0 <= o.t < 1.2 else o.t, 0.0, 0.0, 0.0, 0.0))
     found = compute("command_age", run(scenario(), ads=late).log)

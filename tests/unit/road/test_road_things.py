@@ -87,3 +87,26 @@ def test_borders_of_a_banked_slope_lie_on_its_surface(tmp_path: Path) -> None:
     for number in range(11):
         pose = net.road_pose("1", 10.0 * number, -3.5)
         assert outer[number] == pytest.approx((pose.x, pose.y), abs=1e-9)
+
+
+LIGHT = '<signal id="9" s="5" t="-30" dynamic="yes" orientation="-" type="1000001"/>'
+
+
+def test_a_reference_is_the_signal_on_the_road_that_refers_to_it(tmp_path: Path) -> None:
+    """ASAM OpenDRIVE 1.8, 14.5: a signalReference makes a signal of another road valid here as well."""
+    reference = '<signalReference id="9" s="60" t="-6" orientation="+"><validity fromLane="-2" toLane="-1"/>'
+    net = network(
+        tmp_path,
+        straight("1", 0, 0, 0, 100, signals=reference + "</signalReference>"),
+        straight("2", 0, 50, 0, 100, signals=LIGHT),
+    )
+    here, there = net.signals
+    assert (here.id, here.road, here.s, here.t, here.orientation) == ("9", "1", 60.0, -6.0, "+")
+    assert (here.dynamic, here.type, here.validity) == (True, "1000001", ((-2, -1),))
+    assert (there.road, there.s, there.orientation, there.validity) == ("2", 5.0, "-", ())
+
+
+def test_a_reference_to_no_signal_names_nothing(tmp_path: Path) -> None:
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, signals='<signalReference id="7" s="60" t="0"/>'))
+    assert net.signals == ()
+    assert [finding.found for finding in net.file.repairs] == ["7"]
