@@ -80,14 +80,13 @@ class RoadNetwork:
     def moved(self, x: float, y: float, z: float, h: float) -> tuple[float, float, float, float]:
         """A place in the numbers of the file [m, rad], after the header's offset, which moves the roads as well.
 
-        Source: ASAM OpenDRIVE 1.8, 8.3 (header offset): shifted by x, y, z, then turned by hdg about the origin.
+        Source: ASAM OpenDRIVE 1.8, 8.5 (header offset): turned by hdg about the file's origin, then shifted by x, y, z.
         """
         dx, dy, dz, turn = self.file.geo_offset
         if not any(self.file.geo_offset):
             return x, y, z, h
         c, sn = math.cos(turn), math.sin(turn)
-        x, y = x + dx, y + dy
-        return c * x - sn * y, sn * x + c * y, z + dz, h + turn
+        return c * x - sn * y + dx, sn * x + c * y + dy, z + dz, h + turn
 
     def lane_t(self, road: str, lane: int, s: float) -> float:
         """t [m] of a lane's middle at s [m]; NaN where there is no such lane."""

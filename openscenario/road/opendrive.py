@@ -122,9 +122,9 @@ def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
 
 
 def moved(road: Road, offset: tuple[float, float, float, float]) -> Road:
-    """The road after the header's offset: shifted by x, y, z [m], then turned by hdg [rad] about the origin.
+    """The road after the header's offset: turned by hdg [rad] about the file's origin, then shifted by x, y, z [m].
 
-    Source: ASAM OpenDRIVE 1.8, 8.3 (header offset).
+    Source: ASAM OpenDRIVE 1.8, 8.5 (header offset): xWorld = x cos(hdg) - y sin(hdg) + xOffset.
     """
     dx, dy, dz, turn = offset
     if not any(offset):
@@ -132,8 +132,8 @@ def moved(road: Road, offset: tuple[float, float, float, float]) -> Road:
     c, sn = math.cos(turn), math.sin(turn)
     geometries = []
     for item in road.geometries:
-        x, y = item.x + dx, item.y + dy
-        place = {"x": c * x - sn * y, "y": sn * x + c * y, "hdg": item.hdg + turn}
+        x, y = c * item.x - sn * item.y + dx, sn * item.x + c * item.y + dy
+        place = {"x": x, "y": y, "hdg": item.hdg + turn}
         geometries.append(msgspec.structs.replace(item, **place))
     elevations = road.elevations
     if not elevations or elevations[0].s > 0.0:  # before the first record the road lies at 0

@@ -81,11 +81,16 @@ def _orientation(orientation: model.Orientation | None, base: float) -> float:
 
 def _world(position: model.WorldPosition, board: Board) -> Where:
     """The numbers are those of the road file: where its header moves the roads, places go with them."""
-    return _constant(on_ground(board, position.x, position.y, position.z, position.h, position.p, position.r))
+    x, y, z, h, facing = position.x, position.y, position.z, position.h, 0.0
+    if board.network is not None:
+        x, y, height, facing = board.network.moved(x, y, z or 0.0, h or 0.0)
+        z, h = (None if z is None else height), (None if h is None else facing)
+    return _constant(on_ground(board, x, y, z, h, position.p, position.r, facing))
 
 
 def _geo(position: model.GeoPosition, board: Board) -> Where:
-    """Projected as the road file's header says; the numbers are then those of the file."""
+    """Projected as the road file's header says. That gives places in the world, where the header's offset has already
+    moved the roads to. Source: ASAM OpenDRIVE 1.8, 8.5: the offset comes before the projection."""
     if board.network is None:
         raise Unsupported("the scenario has no road network", element=position)
     latitude, longitude = position.latitude_deg, position.longitude_deg
@@ -105,14 +110,22 @@ def _geo(position: model.GeoPosition, board: Board) -> Where:
 
 
 def on_ground(
-    board: Board, x: float, y: float, z: float | None, h: float | None, p: float | None, r: float | None
+    board: Board,
+    x: float,
+    y: float,
+    z: float | None,
+    h: float | None,
+    p: float | None,
+    r: float | None,
+    facing: float = 0.0,
 ) -> Place:
-    """A place in the road file's numbers; what is not given of height, pitch and roll is the road's."""
+    """A place in the world; what is not given of height, pitch and roll is the road's, and without `h` it faces as
+    `facing` says [rad]."""
     network = board.network
     if network is None:
-        return Place(x, y, z or 0.0, h or 0.0, p or 0.0, r or 0.0, None, h is not None)
+        return Place(x, y, z or 0.0, facing if h is None else h, p or 0.0, r or 0.0, None, h is not None)
     up = z is not None
-    x, y, height, heading = network.moved(x, y, z or 0.0, h or 0.0)
+    height, heading = z or 0.0, facing if h is None else h
     if not up or p is None or r is None:
         found = network.locate(x, y, None if h is None else heading, z=height if up else None)
         pose = network.lane_pose(found.road, found.lane, found.s, found.offset)

@@ -137,11 +137,12 @@ def test_what_has_no_record_yet_has_no_height(tmp_path: Path) -> None:
     assert [net.road_pose("1", s, 0.0)[2] for s in (10.0, 100.0)] == pytest.approx([3.0, 4.0])
 
 
-def test_header_offset_shifts_then_turns_the_whole_network(tmp_path: Path) -> None:
+def test_header_offset_turns_the_whole_network_about_its_origin_and_shifts_it(tmp_path: Path) -> None:
+    """ASAM OpenDRIVE 1.8, 8.5: xWorld = 25 cos 90 - 0 sin 90 - 10, yWorld = 25 sin 90 + 0 cos 90."""
     header = '<offset x="-10" y="0" z="3" hdg="1.5707963267948966"/>'
     net = network(tmp_path, straight("1", 20, 0, 0, 100), header=header)
     pose = net.road_pose("1", 5.0, 0.0)
-    assert pose[:4] == pytest.approx((0.0, 15.0, 3.0, math.pi / 2.0))
+    assert pose[:4] == pytest.approx((-10.0, 25.0, 3.0, math.pi / 2.0))
 
 
 @pytest.mark.parametrize(("rule", "right"), [("RHT", 1), ("LHT", -1)])

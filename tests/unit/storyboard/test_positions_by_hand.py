@@ -291,7 +291,8 @@ class Hill:
 def test_what_is_not_given_of_a_place_is_the_road_s(given: Any, located: Any, told: Any) -> None:
     hill = Hill()
     board: Any = SimpleNamespace(network=hill)
-    where = on_ground(board, 10.0, 20.0, *given)
+    z, h, pitch, roll = given
+    where = place(model.WorldPosition(x=10.0, y=20.0, z=z, h=h, p=pitch, r=roll), board)
     assert [pytest.approx(one) for one in hill.asked] == ([] if located is None else [located])
     assert (where.x, where.y, where.z, where.h) == pytest.approx((11.0, 22.0, *told[:2]))
     if told[2] is not None:

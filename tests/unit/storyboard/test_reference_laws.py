@@ -233,15 +233,15 @@ def test_what_is_relative_to_who_drives_against_s(make: Make, position: str, x: 
 
 
 def test_world_positions_go_with_the_header_s_offset(make: Make, tmp_path: Path) -> None:
-    """The header shifts by (-10, 5) and turns by 90 degrees: x' = -(y + 5), y' = x - 10."""
+    """The header turns by 90 degrees about the origin and shifts by (-10, 5): x' = -y - 10, y' = x + 5."""
     road = tmp_path / "road.xodr"
     header = '<header revMajor="1" revMinor="6" name="straight">'
     offset = f'{header}<offset x="-10" y="5" z="0" hdg="{0.5 * math.pi}"/></header>'
     road.write_text(XODR.replace(header.replace(">", "/>"), offset))
     network = load_network(road)
-    assert network.moved(30.0, 2.0, 0.0, 0.1) == pytest.approx((-7.0, 20.0, 0.0, 0.1 + 0.5 * math.pi))
+    assert network.moved(30.0, 2.0, 0.0, 0.1) == pytest.approx((-12.0, 35.0, 0.0, 0.1 + 0.5 * math.pi))
     start = network.lane_pose("1", -1, 0.0)
-    assert (start.x, start.y) == (pytest.approx(-(5.0 - 1.75)), pytest.approx(-10.0))
+    assert (start.x, start.y) == (pytest.approx(1.75 - 10.0), pytest.approx(5.0))
 
 
 def test_a_change_of_lights_lasts_its_transition(make: Make) -> None:

@@ -107,15 +107,18 @@ def test_a_geographic_position_without_a_projection_is_refused(make: Make) -> No
         make(A=[teleport(GEO.format(lat=48, lon=9))])
 
 
-def test_a_geographic_position_is_projected(make: Make, tmp_path: Path) -> None:
-    """Transverse Mercator about 48 N 9 E: a small step north is that of the ellipsoid's meridian radius there."""
+@pytest.mark.parametrize("offset", ["", '<offset x="690000" y="-40" z="3" hdg="0.5"/>'])
+def test_a_geographic_position_is_projected(make: Make, tmp_path: Path, offset: str) -> None:
+    """Transverse Mercator about 48 N 9 E: a small step north is that of the ellipsoid's meridian radius there.
+
+    The header's offset leads from the numbers of the file to those that are projected, and is not applied again."""
     pytest.importorskip("pyproj")
     road = tmp_path / "road.xodr"
     reference = (
         "<geoReference><![CDATA[+proj=tmerc +lat_0=48 +lon_0=9 +k=1 +x_0=0 +y_0=0 +ellps=WGS84]]></geoReference>"
     )
     header = '<header revMajor="1" revMinor="6" name="straight"/>'
-    road.write_text(XODR.replace(header, header.replace("/>", f">{reference}</header>")))
+    road.write_text(XODR.replace(header, header.replace("/>", f">{reference}{offset}</header>")))
     placed = make(A=[teleport(GEO.format(lat=48.0001, lon=9.0))], on=load_network(road))
     placed.start()
     a, squared = 6378137.0, 0.00669437999014
