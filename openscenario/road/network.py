@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 from openscenario.road import index as search
 from openscenario.road import lanes as kernels
-from openscenario.road import path, route
+from openscenario.road import onwards, path, route
 from openscenario.road import pose as poses
 from openscenario.road.boundaries import Boundary, make_boundaries
 from openscenario.road.branches import Branch, branch_rows, leaves, make_branches, stations
@@ -35,6 +35,8 @@ from openscenario.road.tables import driving_signs, make_tables
 __all__ = ["Boundary", "Crosswalk", "Pose", "RoadNetwork", "RoadPosition", "RouteError", "RouteLane", "load_network"]
 
 _NAN = math.nan
+DETOUR = 2.0  # times the way along the roads that lanes may take between two places; chosen: ways through a junction
+SHORT_WAY = 50.0  # m that they may take where that is little; chosen, a junction's size
 MOST_JOINTS = 10_000  # of roads on one way: a ring of roads without length has no end
 
 
@@ -442,6 +444,24 @@ class RoadNetwork:
         a, b = self._numbers[start.road], self._numbers[goal.road]
         way, against = self._distances.between(a, start.s, b, goal.s)
         return against if math.isfinite(way) else math.cos(goal.h_road - start.h_road) < 0.0
+
+    def lane_onwards(self, start: RoadPosition, goal: RoadPosition) -> int | None:
+        """The lane at the goal that the one at the start runs on as, whichever way the traffic runs.
+
+        None if no lane links lead there on about as short a way as the roads do. A lane that ends within a road goes on
+        as the nearest one of its side.
+        """
+        a, b = self._numbers[start.road], self._numbers[goal.road]
+        most = 0.0 if a == b else DETOUR * abs(self._distances.between(a, start.s, b, goal.s)[0]) + SHORT_WAY
+        if most != most:
+            return None
+        return onwards.lane_onwards(self.tables, self._met, (a, start.lane, start.s), (b, goal.s), most)
+
+    def _met(self, road: int, lane: int, at_end: bool) -> Sequence[LaneEnd]:
+        """The lane ends that a lane meets at an end of its road, by links or as it lies."""
+        met = self._links.get(LaneEnd(road, lane, at_end), ())
+        beside = None if met else self._beside_beyond(road, lane, 0.0, forward=at_end)
+        return met if beside is None else (beside,)
 
     @cached_property
     def crosswalks(self) -> tuple[Crosswalk, ...]:

@@ -114,6 +114,16 @@ class Ground:
         network = self.network
         return -1.0 if network is not None and network.runs_against(here, there) else 1.0
 
+    def lane_onwards(self, there: RoadPosition, here: RoadPosition) -> tuple[int, bool]:
+        """The lane here that the one over there runs on as, and whether links lead so; else the one of the same id, or
+        of the same number on the other side of a road that runs against it."""
+        network = self.network
+        assert network is not None
+        lane = network.lane_onwards(there, here)
+        if lane:
+            return lane, True
+        return there.lane if self.turned(here, there) > 0.0 else -there.lane, False
+
     def spread_friction(self, entities: Sequence[Entity], friction: float) -> None:
         """Limit vehicles by the material of the lane under them times the road's [-], infinite if it is dry."""
         network = self.network

@@ -94,9 +94,15 @@ class LaneChange(Shift):
         target = self._element.lane_change_target
         if self._other is None:
             return target.value
-        self._board.ground.track(self._other)
+        entity, other, ground = self._entity, self._other, self._board.ground
+        ours, theirs = ground.position(entity), ground.position(other)
+        lane, linked = ground.lane_onwards(theirs, ours)
+        if not linked:
+            text = f"no lane links lead from the lane of {other.name} to {entity.name} on road {ours.road}"
+            self._board.warn(self._element, "no-lane-link", f"{text}; its lane is taken for the one of its id")
         # lanes are counted to the left of the referenced entity
-        return shifted_lane(self._other.lane, target.value if self._other.sense > 0.0 else -target.value)
+        left = other.sense * ground.turned(ours, theirs)
+        return shifted_lane(lane, target.value if left > 0.0 else -target.value)
 
     def start(self) -> bool:
         """Take the target lane. True if there is no such lane (a warning) or nothing to move."""

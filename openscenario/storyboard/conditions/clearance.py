@@ -58,18 +58,21 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
             if not other.active or other is entity:
                 continue
             there = board.ground.position(other)
-            # lanes of another road that runs the other way count the other way round
+            # traffic of another road that runs the other way counts the other way round
             same = board.ground.turned(here, there) > 0.0
-            lane = there.lane if same else -there.lane
             if not element.opposite_lanes:
                 along = network.driving_sign(there.road, there.lane, there.s)
                 if (along if same else -along) != way:
                     continue
-            apart = (_number(lane) - _number(here.lane)) * entity.sense
-            if not any(first <= apart <= last for first, last in ranges):
-                continue
             gap = distance_to(other)()
-            if gap is not None and low <= gap <= high:
+            if gap is None or not low <= gap <= high:
+                continue
+            lane, linked = board.ground.lane_onwards(there, here)
+            apart = (_number(lane) - _number(here.lane)) * entity.sense
+            if any(first <= apart <= last for first, last in ranges):
+                if not linked:
+                    text = f"no lane links lead from the lane of {name} to {entity.name} on road {here.road}"
+                    board.warn(element, "no-lane-link", f"{text}; its lane is taken for the one of its id")
                 return False
         return True
 

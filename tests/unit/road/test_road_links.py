@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from road_files import crossing, lane, network, section, straight, to_junction, to_road
+
+from openscenario.road.positions import RoadPosition
 
 PAIR = section([lane(1, after=1)], [lane(-1, after=-1)])
 PAIR_BACK = section([lane(1, before=1)], [lane(-1, before=-1)])
@@ -88,3 +91,26 @@ def test_a_link_that_the_other_road_contradicts_joins_nothing(tmp_path: Path) ->
         straight("liar", 300, 0, 0, 100, link=to_road("predecessor", "1", "end")),
     )
     assert net.lane_successors("1", -1) == (("2", -1),)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "lane"),
+    [
+        (("W", -1), "E", -1),
+        (("E", -1), "W", -1),
+        (("E", 1), "W", 1),  # over the way of the other direction, on which this lane lies
+        (("W", 1), "E", 1),
+        (("W", -1), "N", -1),
+        (("N", -1), "W", -1),
+        (("N", 1), "W", None),  # no way leads from the north
+        (("N", -1), "E", -1),  # back over the way to the north, and on from where it began
+    ],
+)
+def test_lanes_run_on_over_the_ways_of_a_junction(
+    tmp_path: Path, start: tuple[str, int], goal: str, lane: int | None
+) -> None:
+    """Lane -1 of W goes to E and N, lane 1 of E to W: whichever way one looks along them."""
+    net = crossing(tmp_path)
+    road, own = start
+    here = RoadPosition(road, own, 50.0, 0.0, 0.0, 0.0, True)
+    assert net.lane_onwards(here, here._replace(road=goal, s=40.0)) == lane

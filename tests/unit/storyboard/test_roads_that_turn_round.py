@@ -10,7 +10,21 @@ import pytest
 
 from openscenario.road.network import RoadNetwork, load_network
 
-from .conftest import LANE, Make, at_time, by_entity, condition, event, group, log, run, speed, story, teleport
+from .conftest import (
+    LANE,
+    Make,
+    at_time,
+    by_entity,
+    condition,
+    event,
+    group,
+    lane_change,
+    log,
+    run,
+    speed,
+    story,
+    teleport,
+)
 
 LENGTH = 200.0
 RADIUS = 100.0
@@ -188,3 +202,85 @@ def test_in_world_coordinates_closing_in_is_along_the_worlds_axes(make: Make) ->
     )
     run(board, 1.0)
     assert not any(what == "startTransition" for _, _, what in log(board, "event"))
+
+
+@pytest.fixture(scope="module")
+def shifted_ids(tmp_path_factory: pytest.TempPathFactory) -> RoadNetwork:
+    """From x = 100 m on a lane more begins on the left of two lanes to the right of y = 0, so that their ids rise."""
+    before = "".join(LANE.format(id=i).replace("<link/>", f'<link><successor id="{i - 1}"/></link>') for i in (-1, -2))
+    after = LANE.format(id=-1) + "".join(
+        LANE.format(id=i).replace("<link/>", f'<link><predecessor id="{i + 1}"/></link>') for i in (-2, -3)
+    )
+    sections = "".join(
+        f'<laneSection s="{s}"><center><lane id="0" type="none"/></center><right>{right}</right></laneSection>'
+        for s, right in ((0, before), (100, after))
+    )
+    offset = '<laneOffset s="0" a="0" b="0" c="0" d="0"/><laneOffset s="100" a="3.5" b="0" c="0" d="0"/>'
+    road = (
+        '<road length="400" id="1" junction="-1" rule="RHT"><link/><planView><geometry s="0" x="0" y="0" hdg="0" '
+        f'length="400"><line/></geometry></planView><lanes>{offset}{sections}</lanes></road>'
+    )
+    return network(tmp_path_factory.mktemp("shifted"), road)
+
+
+@pytest.mark.parametrize(("by", "y"), [(0, -1.75), (-1, -5.25)])
+def test_a_lane_change_to_the_lane_of_another_on_the_next_road(
+    make: Make, two_roads: RoadNetwork, by: int, y: float
+) -> None:
+    """B drives in the inner lane of the second road: A goes to that lane, or to the one on its right."""
+    act = event("e", lane_change(f'<RelativeTargetLane entityRef="B" value="{by}"/>'))
+    start = -5.25 if by == 0 else -1.75
+    board = make(A=[world(50.0, start), speed(10.0)], B=[world(300.0, -1.75)], stories=story(act), on=two_roads)
+    run(board, 5.0)
+    assert board.entities["A"].y == pytest.approx(y, abs=1e-6)
+
+
+@pytest.mark.parametrize(("x", "other"), [(20.0, 110.0), (110.0, 80.0)])
+def test_a_lane_change_to_the_lane_of_another_where_ids_shift(
+    make: Make, shifted_ids: RoadNetwork, x: float, other: float
+) -> None:
+    act = event("e", lane_change('<RelativeTargetLane entityRef="B" value="0"/>'))
+    board = make(A=[world(x, -5.25), speed(10.0)], B=[world(other, -1.75)], stories=story(act), on=shifted_ids)
+    run(board, 5.0)
+    assert board.entities["A"].y == pytest.approx(-1.75, abs=1e-6)
+
+
+def test_where_no_links_lead_a_lane_change_counts_ids_and_says_so(make: Make, tmp_path: Path) -> None:
+    """Two roads of their own, side by side; B is in lane -1 of the other one."""
+    apart = network(
+        tmp_path, straight(1, 0.0, 0.0, "", "successor", "same"), straight(2, 900.0, 0.0, "", "successor", "same")
+    )
+    act = event("e", lane_change('<RelativeTargetLane entityRef="B" value="0"/>'))
+    board = make(A=[world(50.0, -5.25), speed(10.0)], B=[world(950.0, -1.75)], stories=story(act), on=apart)
+    run(board, 5.0)
+    assert board.entities["A"].lane == -1
+    assert "no lane links lead from the lane of B to A on road 1" in " ".join(each.text for each in board.report())
+
+
+def is_clear(make: Make, on: RoadNetwork, lane: int, x: float, y: float) -> bool:
+    """Whether A, 20 m before the end of what counts its way, finds a lane free of B 30 m ahead."""
+    test = (
+        '<RelativeClearanceCondition distanceForward="50" distanceBackward="0" freeSpace="false" oppositeLanes="false">'
+        f'<RelativeLaneRange from="{lane}" to="{lane}"/></RelativeClearanceCondition>'
+    )
+    act = event("e", speed(0.0), start=group(condition(by_entity(test, "A"))))
+    board = make(A=[world(x, -1.75)], B=[world(x + 30.0, y)], stories=story(act), on=on)
+    run(board, 0.05)
+    return ("e", "startTransition") in [(name, what) for _, name, what in log(board, "event")]
+
+
+LANES = [(-1.75, 0, False), (-1.75, -1, True), (-5.25, -1, False), (-5.25, 0, True)]
+
+
+@pytest.mark.parametrize(("y", "lane", "clear"), LANES)
+def test_who_is_ahead_in_a_lane_whose_id_shifts_is_in_the_way(
+    make: Make, shifted_ids: RoadNetwork, y: float, lane: int, clear: bool
+) -> None:
+    assert is_clear(make, shifted_ids, lane, 80.0, y) is clear
+
+
+@pytest.mark.parametrize(("y", "lane", "clear"), LANES)
+def test_who_is_ahead_on_the_next_road_is_in_the_way(
+    make: Make, two_roads: RoadNetwork, y: float, lane: int, clear: bool
+) -> None:
+    assert is_clear(make, two_roads, lane, 180.0, y) is clear

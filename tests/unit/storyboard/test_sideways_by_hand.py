@@ -26,7 +26,8 @@ class Board:
         self.driven: list[float] = []
         self.network: Any = SimpleNamespace(lane_t=self._lane_t)
         self.ground: Any = SimpleNamespace(network=self.network, track=self._track, drive=self._drive,
-                                           position=self._position, turned=self._turned)  # fmt: skip
+                                           position=self._position, turned=self._turned,
+                                           lane_onwards=lambda there, here: (there.lane, True))  # fmt: skip
         self.tracked: list[str] = []
 
     def _lane_t(self, road: str, lane: int, s: float) -> float:
@@ -43,7 +44,8 @@ class Board:
         self.driven.append(way)
 
     def _position(self, entity: Any) -> Any:
-        return SimpleNamespace(t=self._lane_t("1", entity.lane, 0.0) + entity.offset)
+        self._track(entity)
+        return SimpleNamespace(lane=entity.lane, t=self._lane_t("1", entity.lane, 0.0) + entity.offset)
 
     def _turned(self, ours: Any, theirs: Any) -> float:
         return 1.0
@@ -88,7 +90,7 @@ def test_lanes_are_counted_to_the_left_of_the_one_that_is_named(own: int, sense:
     other = driving("B", own, sense=sense)
     board = Board(B=other)
     assert changer(driving(), board, beside("B", by))._lane() == wanted
-    assert board.tracked == ["B"]
+    assert "B" in board.tracked
     assert changer(driving(), Board(), lane(2))._lane() == 2
 
 
