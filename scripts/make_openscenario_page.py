@@ -117,7 +117,8 @@ In these cases, the implementation follows the widely used tools, if they agree 
   `follow`, each corner is a parabola of the allowed jerk; if there is no room for it, each entry is reached separately,
   with no acceleration there. An `entityRef` means the speed of that entity at the start. Accelerations do not jump.
 - `DynamicConstraints` of the two distance actions: the narrower of these and, along the road, the `Performance` holds.
-  Limits of jerk apply to stronger acceleration or braking, not to their release. Without constraints, the entity is put
+  Limits of jerk apply to stronger acceleration or braking, not to their release. Along the road, an entity comes no
+  faster than it can still brake before its place. Without constraints, the entity is put
   at the distance at once, and kept there no faster than the vehicle's `maxSpeed`.
 - `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1, means next to the other entity, as
   with `ds` of 0 (lanes and offset are those of the road). With both, it is refused.

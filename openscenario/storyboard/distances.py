@@ -34,8 +34,16 @@ class Span(NamedTuple):
     high: float
 
 
-def gap(ours: Span, theirs: Span) -> float:
-    """Signed distance between two intervals, 0 where they overlap."""
+def gap(ours: Span, theirs: Span, side: float = 0.0) -> float:
+    """Signed distance between two intervals, 0 where they overlap.
+
+    With a side, that between the ends which face each other when they are beyond us (side > 0) or we beyond them
+    (side < 0), wherever both are: its sign turns where they overlap or are the other way round.
+    """
+    if side > 0.0:
+        return theirs.low - ours.high
+    if side < 0.0:
+        return theirs.high - ours.low
     if theirs.low > ours.high:
         return theirs.low - ours.high
     if theirs.high < ours.low:
@@ -82,6 +90,7 @@ def measure(
     kind: str | None,
     system: str | None,
     free: bool,
+    side: float = 0.0,
 ) -> Measure:
     """How to measure from `entity` to another one or to a place.
 
@@ -89,10 +98,11 @@ def measure(
     road coordinates: turns of the road lengthen it); system: entity, lane, road, trajectory, world or None (entity).
     Lane coordinates count as road coordinates; those of a trajectory are there while `entity` follows one, and only
     then. Trailers belong to who draws them: `free` distances are the smallest of those between the parts.
+    side: of a free longitudinal or lateral distance, as for `gap`.
     """
     if free:
-        return _of_parts(entity, target, lambda part, goal: _measure(board, part, goal, kind, system, free))
-    return _measure(board, entity, target, kind, system, free)
+        return _of_parts(entity, target, side, lambda part, goal: _measure(board, part, goal, kind, system, free, side))
+    return _measure(board, entity, target, kind, system, free, side)
 
 
 def _measure(
@@ -102,6 +112,7 @@ def _measure(
     kind: str | None,
     system: str | None,
     free: bool,
+    side: float,
 ) -> Measure:
     if kind in (None, "euclidianDistance", "cartesianDistance"):
         return _euclidian(entity, target, free)
@@ -109,24 +120,30 @@ def _measure(
         return _along_route(board, entity, target, free)
     lateral = kind == "lateral"
     if system == "trajectory":
-        return _along_trajectory(entity, target, lateral, free)
+        return _along_trajectory(entity, target, lateral, free, side)
     if system in ("road", "lane") and board.network is not None:
-        return _along_road(board.ground, entity, target, lateral, free)
+        return _along_road(board.ground, entity, target, lateral, free, side)
     if system == "world":
-        return _along_axis(entity, target, free, lambda: 0.5 * math.pi if lateral else 0.0)
-    return _along_axis(entity, target, free, lambda: entity.h + (0.5 * math.pi if lateral else 0.0))
+        return _along_axis(entity, target, free, lambda: 0.5 * math.pi if lateral else 0.0, side)
+    return _along_axis(entity, target, free, lambda: entity.h + (0.5 * math.pi if lateral else 0.0), side)
 
 
 def _of_parts(
     entity: Entity,
     target: Entity | Callable[[], Place],
+    side: float,
     between: Callable[[Entity, Entity | Callable[[], Place]], Measure],
 ) -> Measure:
-    """The smallest distance from an entity or what hangs on it to another, or what hangs on that.
+    """The smallest distance from an entity or what hangs on it to another, or what hangs on that; to a side, the one
+    that leaves least room there.
 
     The standard says nothing about trailers here; distances between parts of one train are those between these parts.
     """
     whole = between(entity, target)
+
+    def nearer(apart: float) -> float:
+        return apart * side if side else abs(apart)
+
     parts: dict[tuple[str, str], Measure] = {}
 
     def run() -> float | None:
@@ -141,7 +158,7 @@ def _of_parts(
                 if key not in parts:
                     parts[key] = between(mine, other)
                 apart = parts[key]()
-                if apart is not None and (best is None or abs(apart) < abs(best)):
+                if apart is not None and (best is None or (nearer(apart) < nearer(best))):
                     best = apart
         return best
 
@@ -190,7 +207,9 @@ def _along_route(board: Board, entity: Entity, target: Entity | Callable[[], Pla
     return run
 
 
-def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool, axis: Callable[[], float]) -> Measure:
+def _along_axis(
+    entity: Entity, target: Entity | Callable[[], Place], free: bool, axis: Callable[[], float], side: float = 0.0
+) -> Measure:
     now = _now(target)
 
     def run() -> float:
@@ -200,12 +219,14 @@ def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool
             return (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
         apart = (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
         low, high = _extent(there, direction)
-        return gap(Span(*entity.extent(direction)), Span(apart + low, apart + high))
+        return gap(Span(*entity.extent(direction)), Span(apart + low, apart + high), side)
 
     return run
 
 
-def _along_trajectory(entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool) -> Measure:
+def _along_trajectory(
+    entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool, side: float
+) -> Measure:
     """In s and t of the trajectory that the entity follows; extents are those along its direction at either place."""
     now = _now(target)
 
@@ -221,13 +242,13 @@ def _along_trajectory(entity: Entity, target: Entity | Callable[[], Place], late
             return apart
         turn = (0.5 * math.pi if lateral else 0.0) + (0.0 if sense > 0.0 else math.pi)
         low, high = _extent(there, h + turn)
-        return gap(Span(*entity.extent(here + turn)), Span(apart + low, apart + high))
+        return gap(Span(*entity.extent(here + turn)), Span(apart + low, apart + high), side)
 
     return run
 
 
 def _along_road(
-    ground: Ground, entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool
+    ground: Ground, entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool, side: float = 0.0
 ) -> Measure:
     now = _now(target)
 
@@ -250,7 +271,7 @@ def _along_road(
         ours = _seen(road_extent(ground, entity, here, lateral=lateral), sign)
         theirs = road_extent(ground, there, goal, lateral=lateral) if isinstance(there, Entity) else (0.0, 0.0)
         low, high = _seen(theirs, sign if same else -sign)
-        return gap(ours, Span(apart + low, apart + high))
+        return gap(ours, Span(apart + low, apart + high), side)
 
     return run
 

@@ -24,8 +24,9 @@ class KeepDistance:
 
     The standard names no control law. Here: a critically damped spring between the entity and its place,
     a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits; where
-    jerk has limits a changes no faster. Limits are the narrower of the action's and the vehicle's. Who has none goes no
-    faster to its place than the vehicle drives, but at the beginning and where the other one is put somewhere else.
+    jerk has limits a changes no faster. It comes no faster than it can still brake before its place, and falls back no
+    faster than it can still accelerate there. Limits are the narrower of the action's and the vehicle's. Who has none
+    goes no faster to its place than the vehicle drives, but at the beginning and where the other one is put elsewhere.
     """
 
     __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_limits", "_other", "_side")
@@ -36,18 +37,30 @@ class KeepDistance:
         self._entity = entity
         self._board = board
         self._other = entity_called(element.entity_ref, board)
-        self._distance: Measure = measure(
-            board, entity, self._other, kind="longitudinal", system=element.coordinate_system, free=element.freespace
-        )
         self._side = -1.0 if element.displacement == "leadingReferencedEntity" else 1.0
+        self._distance = self._measure(0.0 if element.displacement == "any" else self._side)
         self._acceleration = 0.0
         self._limits = both(given(element.dynamic_constraints), performance(entity))
+
+    def _measure(self, side: float) -> Measure:
+        """Of free distances, those between the ends that face each other with the entity in its place."""
+        element = self._element
+        return measure(
+            self._board,
+            self._entity,
+            self._other,
+            kind="longitudinal",
+            system=element.coordinate_system,
+            free=element.freespace,
+            side=side,
+        )
 
     def start(self) -> bool:
         """Choose the side; without limits put the entity in its place. True if that was all."""
         if self._element.displacement == "any":
             apart = self._distance()
             self._side = -1.0 if apart is not None and apart < 0.0 else 1.0
+            self._distance = self._measure(self._side)
         if self._limited():
             return False
         self._place(math.inf)
@@ -87,6 +100,11 @@ class KeepDistance:
         limit = min(limits.up if to_go < 0.0 else limits.down, 100.0)
         stiffness = STIFFNESS * limit
         wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
+        closing = entity.speed - self._other.speed
+        if to_go > 0.0:
+            wanted = min(wanted, _approach(to_go, closing, self._acceleration, limits.down, limits.fall, dt))
+        elif to_go < 0.0:
+            wanted = max(wanted, -_approach(-to_go, -closing, -self._acceleration, limits.up, limits.rise, dt))
         wanted = min(max(wanted, -limits.down), limits.up)
         self._acceleration = limits.eased(self._acceleration, wanted, dt)
         top = max(limits.speed, abs(entity.speed) - limits.down * dt)  # who is too fast at first brakes within limits
@@ -100,6 +118,22 @@ class KeepDistance:
         """A request "distance" with the other's name, distance [m] and time gap [s], one of them None; over at once."""
         element = self._element
         return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
+
+
+def _approach(way: float, speed: float, acceleration: float, limit: float, rate: float, dt: float) -> float:
+    """The greatest acceleration [m/s^2] for a step [s] of who closes a way [m] at a speed [m/s] and is to stop at its
+    end by `limit` [m/s^2], which builds up at `rate` [m/s^3].
+
+    The speed v may be as great as v²/(2 a) + v a/(2 j) + v dt = way allows: the second term is the way during the
+    build-up, at most. An acceleration that is still there ends at the same rate before, with its way and its gain.
+    """
+    if math.isinf(limit) or rate <= 0.0:
+        return math.inf
+    gaining = max(acceleration, 0.0)
+    way -= speed * gaining / rate + gaining**3 / (3.0 * rate * rate)
+    build_up = 0.5 * limit * limit / rate + limit * dt
+    most = math.sqrt(build_up * build_up + 2.0 * limit * max(way, 0.0)) - build_up
+    return (most - 0.5 * gaining * gaining / rate - speed) / dt
 
 
 @action(model.LongitudinalDistanceAction)

@@ -78,12 +78,22 @@ def test_a_profile_that_something_else_drives_lasts_until_its_last_entry(make: M
     ]
 
 
-def distance(value: float, displacement: str, *, gap: bool = False, continuous: bool = True) -> str:
+def distance(
+    value: float,
+    displacement: str,
+    *,
+    gap: bool = False,
+    continuous: bool = True,
+    free: bool = False,
+    limits: str = "",
+    system: str = "road",
+) -> str:
     kind = "timeGap" if gap else "distance"
+    inner = f"<DynamicConstraints {limits}/>" if limits else ""
     return (
         f'<PrivateAction><LongitudinalAction><LongitudinalDistanceAction entityRef="B" {kind}="{value}" '
-        f'freespace="false" continuous="{str(continuous).lower()}" displacement="{displacement}" '
-        'coordinateSystem="road"/>'
+        f'freespace="{str(free).lower()}" continuous="{str(continuous).lower()}" displacement="{displacement}" '
+        f'coordinateSystem="{system}">{inner}</LongitudinalDistanceAction>'
         "</LongitudinalAction></PrivateAction>"
     )
 
@@ -100,6 +110,37 @@ def test_a_distance_is_kept_on_the_side_that_is_asked_for_or_where_one_is(
     board = make(A=at(start, 0.0), B=at(150.0, 0.0), stories=story(event("e", distance(20.0, displacement))))
     run(board, 0.1)
     assert board.entities["A"].x == pytest.approx(stays)
+
+
+@pytest.mark.parametrize("system", ["road", "entity"])
+@pytest.mark.parametrize("start", [100.0, 148.0, 151.0, 200.0])
+@pytest.mark.parametrize(("displacement", "stays"), [("leadingReferencedEntity", 175.0),
+                                                     ("trailingReferencedEntity", 125.0)])  # fmt: skip
+def test_a_free_distance_is_that_between_the_ends_that_face_each_other_then(
+    make: Make, displacement: str, stays: float, start: float, system: str
+) -> None:
+    """Boxes of 5 m: B's reference point at 150 m, A's 20 + 5 m before or behind it, wherever it begins."""
+    action = distance(20.0, displacement, free=True, continuous=False, system=system)
+    board = make(A=at(start, 0.0), B=at(150.0, 0.0), stories=story(event("e", action)))
+    run(board, 0.1)
+    assert board.entities["A"].x == pytest.approx(stays)
+
+
+@pytest.mark.parametrize("rate", ["", ' maxDecelerationRate="3" maxAccelerationRate="3"'])
+@pytest.mark.parametrize("ahead", [100.0, 200.0])
+@pytest.mark.parametrize("free", [True, False])
+def test_who_comes_from_far_behind_stops_closing_at_its_place(make: Make, ahead: float, free: bool, rate: str) -> None:
+    """B goes on with 10 m/s. A may brake with 3 m/s^2: it keeps 20 m, or 20 + 5 m between reference points."""
+    limits = f'maxAcceleration="3" maxDeceleration="3" maxSpeed="30"{rate}'
+    action = distance(20.0, "trailingReferencedEntity", free=free, limits=limits)
+    board = make(A=at(100.0, 15.0), B=at(100.0 + ahead, 10.0), stories=story(event("e", action)))
+    a, b, nearest = board.entities["A"], board.entities["B"], math.inf
+    for _ in range(300):
+        run(board, 0.1)
+        nearest = min(nearest, b.x - a.x)
+    place = 25.0 if free else 20.0
+    assert nearest > place - 0.01
+    assert b.x - a.x == pytest.approx(place, abs=0.01)
 
 
 def test_who_keeps_a_time_gap_goes_to_its_place_no_faster_than_it_can(make: Make) -> None:
