@@ -118,8 +118,8 @@ In these cases, the implementation follows the widely used tools, if they agree 
   with no acceleration there. An `entityRef` means the speed of that entity at the start. Accelerations do not jump.
 - `DynamicConstraints` of the two distance actions: the narrower of these and, along the road, the `Performance` holds.
   Limits of jerk apply to stronger acceleration or braking, not to their release. Along the road, an entity comes no
-  faster than it can still brake before its place. Without constraints, the entity is put
-  at the distance at once, and kept there no faster than the vehicle's `maxSpeed`.
+  faster than it can still brake before its place. Without constraints, the entity is put at the distance at once, and
+  kept there no faster than the vehicle's `maxSpeed`.
 - `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1, means next to the other entity, as
   with `ds` of 0 (lanes and offset are those of the road). With both, it is refused.
 - `LaneOffsetAction`, continuous and relative to another entity: `maxLateralAcc` holds on the way and afterwards; the
@@ -140,7 +140,8 @@ In these cases, the implementation follows the widely used tools, if they agree 
 - Distances in the coordinates of a trajectory are defined while the measuring entity follows one; otherwise they are
   infinite.
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
-  constant speed between them, turning at the vertices.
+  constant speed between them, turning at the vertices. A closed polyline with time stamps comes back to its first
+  vertex at the speed of the leg before.
 
 Where the standard is explicit, the implementation follows it, whatever other tools do, except for three rules that
 existing scenarios rely on. These follow esmini unless `--reading standard` is given, with a warning where it mattered.

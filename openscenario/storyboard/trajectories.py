@@ -226,7 +226,7 @@ def _polyline(
     times = [vertex.time for vertex in vertices]
     if closed and len(places) > 1 and math.hypot(places[0].x - places[-1].x, places[0].y - places[-1].y) > 1e-6:
         places.append(places[0])
-        times.append(None)
+        times.append(_time_of_return(places, times))
     stamps = None if any(time is None for time in times) else [float(time or 0.0) for time in times]
     tangents = _tangents([(place.x, place.y) for place in places], places[0].h)
     headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
@@ -234,6 +234,19 @@ def _polyline(
     smooth = [turning == "segment" or (turning is None and follow is not None and p.has_heading) for p in places]
     corner = 0.0 if turning == "none" else CORNER
     return Course(points, stamps, smooth=smooth, corner=corner, speed=follow, explicit=places[0].has_heading)
+
+
+def _time_of_return(places: Sequence[Place], times: Sequence[float | None]) -> float | None:
+    """Time stamp [s] of the first vertex where a closed polyline comes back to it: at the speed of the leg before, or
+    the mean speed where that one stands. The standard names none. `places` has the first one at its end already."""
+    ways = [math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(places)]
+    if any(time is None for time in times):
+        return None
+    stamps = [time or 0.0 for time in times]
+    for way, taken in ((ways[-2], stamps[-1] - stamps[-2]), (sum(ways[:-1]), stamps[-1] - stamps[0])):
+        if way > 0.0 and taken > 0.0:
+            return stamps[-1] + ways[-1] * taken / way
+    return stamps[-1]
 
 
 def _tangents(points: Sequence[tuple[float, float]], first: float) -> list[float]:

@@ -49,6 +49,31 @@ def test_without_headings_those_of_the_pieces_are_taken() -> None:
     assert not line.explicit
 
 
+@pytest.mark.parametrize(
+    ("times", "back"),
+    [
+        ((0.0, 2.0, 4.0, 6.0), 8.0),  # 5 m/s on the last leg, 10 m back
+        ((0.0, 2.0, 4.0, 5.0), 6.0),  # 10 m/s
+        ((0.0, 2.0, 4.0, 4.0), 4.0 + 10.0 * 4.0 / 30.0),  # no time for the last leg: 30 m in 4 s on all
+        ((1.0, 1.0, 1.0, 1.0), 1.0),  # no time at all
+    ],
+)
+def test_a_closed_line_comes_back_at_the_speed_of_its_last_leg(times: Sequence[float], back: float) -> None:
+    line = drawn(polyline(*SQUARE, times=times), closed=True)
+    assert line.length == pytest.approx(40.0)
+    assert line.end_time == pytest.approx(back)
+
+
+def test_a_closed_line_whose_last_leg_stands_comes_back_at_its_mean_speed() -> None:
+    """10 m in 2 s, 2 s of rest, 10 m back."""
+    line = drawn(polyline(at(0, 0), at(10, 0), at(10, 0), times=(0.0, 2.0, 4.0)), closed=True)
+    assert line.end_time == pytest.approx(4.0 + 10.0 * 4.0 / 10.0)
+
+
+def test_a_closed_line_without_all_time_stamps_has_none() -> None:
+    assert drawn(polyline(*SQUARE, times=(0.0, None, 4.0, 6.0)), closed=True).t is None
+
+
 def test_given_headings_are_kept() -> None:
     line = drawn(polyline(at(0, 0, 0.5), at(10, 0), at(20, 0, 0.0)))
     assert line.h == pytest.approx([0.5, 0.0, 0.0])
