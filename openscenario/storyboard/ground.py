@@ -92,7 +92,7 @@ class Ground:
         network = self.network
         assert network is not None
         if place.road is None:
-            return network.locate(place.x, place.y, place.h)
+            return network.locate(place.x, place.y, place.h if place.has_heading else None, z=place.z)
         return self._complete(*place.road)
 
     def _complete(self, road: str, lane: int, s: float, offset: float) -> RoadPosition:

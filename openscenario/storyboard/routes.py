@@ -82,7 +82,7 @@ def _point(board: Board, place: Place) -> RoadPoint:
     assert network is not None
     if place.road is not None:
         return place.road
-    found = network.locate(place.x, place.y, place.h if place.has_heading else None)
+    found = network.locate(place.x, place.y, place.h if place.has_heading else None, z=place.z)
     return RoadPoint(found.road, found.lane, found.s, found.offset)
 
 

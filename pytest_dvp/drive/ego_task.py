@@ -111,7 +111,7 @@ def road_point(network: RoadNetwork, place: Place) -> RoadPoint:
     """A storyboard's place on the map: as the file gives it, else the nearest lane."""
     if place.road is not None:
         return RoadPoint(place.road.road, place.road.lane, place.road.s)
-    found = network.locate(place.x, place.y, place.h if place.has_heading else None)
+    found = network.locate(place.x, place.y, place.h if place.has_heading else None, z=place.z)
     return RoadPoint(found.road, found.lane, found.s)
 
 

@@ -125,14 +125,14 @@ def test_the_nearest_lane_whose_traffic_goes_the_other_way(network: Any, lane: i
 def test_a_place_of_the_world_means_the_nearest_lane_there(has_heading: bool, asked: float | None) -> None:
     seen: list[Any] = []
 
-    def locate(x: float, y: float, h: Any) -> Any:
-        seen.append((x, y, h))
+    def locate(x: float, y: float, h: Any, *, z: float) -> Any:
+        seen.append((x, y, z, h))
         return SimpleNamespace(road="7", lane=-1, s=3.0, offset=0.25)
 
     board: Any = SimpleNamespace(network=SimpleNamespace(locate=locate))
-    place = Place(1.0, 2.0, 0.0, 0.5, has_heading=has_heading)
+    place = Place(1.0, 2.0, 8.0, 0.5, has_heading=has_heading)
     assert _point(board, place) == RoadPoint("7", -1, 3.0, 0.25)
-    assert seen == [(1.0, 2.0, asked)]
+    assert seen == [(1.0, 2.0, 8.0, asked)]
     named = place._replace(road=RoadPoint("8", 1, 4.0, 0.0))
     assert _point(board, named) == RoadPoint("8", 1, 4.0, 0.0)
     assert len(seen) == 1

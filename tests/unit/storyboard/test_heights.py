@@ -10,7 +10,7 @@ import pytest
 
 from openscenario.road.network import RoadNetwork, load_network
 
-from .conftest import XODR, Make, run, speed, teleport
+from .conftest import XODR, Make, by_entity, condition, event, group, log, run, speed, story, teleport
 
 SLOPE = math.atan(0.02)
 
@@ -67,3 +67,42 @@ def test_who_stands_on_a_slope_leans_as_it_faces(
     run(board, 0.0)
     a = board.entities["A"]
     assert (a.pitch, a.roll) == (pytest.approx(pitch, abs=1e-9), pytest.approx(roll, abs=1e-9))
+
+
+def on(deck: str, x: float) -> str:
+    """A place in the right lane of a deck."""
+    return f'<WorldPosition x="{x}" y="-1.75" z="{6.0 + 0.02 * x if deck == "1" else 0.0}" h="0"/>'
+
+
+@pytest.mark.parametrize(("z", "deck"), [(0.0, "2"), (12.0, "1")])
+def test_a_waypoint_is_on_the_deck_at_its_height(make: Make, decks: RoadNetwork, z: float, deck: str) -> None:
+    """At x = 300 m the upper deck is 12 m high."""
+    places = (on(deck, 50.0), f'<WorldPosition x="300" y="-1.75" z="{z}"/>')
+    waypoints = "".join(f'<Waypoint routeStrategy="shortest"><Position>{p}</Position></Waypoint>' for p in places)
+    route = (
+        f'<PrivateAction><RoutingAction><AssignRouteAction><Route name="r" closed="false">{waypoints}</Route>'
+        "</AssignRouteAction></RoutingAction></PrivateAction>"
+    )
+    board = make(A=[teleport(on(deck, 10.0)), route], on=decks)
+    board.start()
+    assert [(each.road, each.s_from, each.s_to) for each in board.entities["A"].route_lanes] == [(deck, 50.0, 300.0)]
+
+
+@pytest.mark.parametrize(("z", "deck"), [(0.0, "2"), (12.0, "1")])
+@pytest.mark.parametrize("h", ["", 'h="0"'])
+def test_a_distance_is_to_the_deck_at_the_height_of_the_place(
+    make: Make, decks: RoadNetwork, z: float, deck: str, h: str
+) -> None:
+    """A is on the deck of the place, 10 m before it, or on the other one, from where no road leads there."""
+    where = f'<Position><WorldPosition x="300" y="-1.75" z="{z}" {h}/></Position>'
+    test = (
+        '<DistanceCondition freespace="false" rule="lessOrEqual" value="20" relativeDistanceType="longitudinal" '
+        f'coordinateSystem="road">{where}</DistanceCondition>'
+    )
+    found = []
+    for own in ("1", "2"):
+        act = event("e", speed(5.0), start=group(condition(by_entity(test, "A"))))
+        board = make(A=[teleport(on(own, 290.0))], stories=story(act), on=decks)
+        run(board, 0.05)
+        found.append(("e", "startTransition") in [(name, what) for _, name, what in log(board, "event")])
+    assert found == [deck == "1", deck == "2"]
