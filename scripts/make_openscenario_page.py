@@ -139,6 +139,8 @@ In these cases, the implementation follows the widely used tools, if they agree 
   the line next to the other entity, with a turning radius of 1.5 v²/a, and into that entity's direction.
 - Distances in the coordinates of a trajectory are defined while the measuring entity follows one; otherwise they are
   infinite.
+- A closed `Route` leads the default controller from its last waypoint back to its first, round and round, and a
+  `RoutePosition` may lie on that way. A stack that drives gets the waypoints once.
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices. A closed polyline with time stamps comes back to its first
   vertex at the speed of the leg before.

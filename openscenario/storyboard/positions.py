@@ -352,7 +352,8 @@ def _route(position: model.RoutePosition, board: Board) -> Where:
         if isinstance(inside, model.PositionOfCurrentEntity):
             other = entity_called(inside.entity_ref, board, position)
             return Place(other.x, other.y, other.z, _orientation(position.orientation, other.h))
-        point = along_route(board, [waypoint() for waypoint in waypoints], inside)
+        places = [waypoint() for waypoint in waypoints]
+        point = along_route(board, places, inside, closed=position.route.closed)
         return _on_lane(board, point, position.orientation)
 
     return where

@@ -15,7 +15,13 @@ if TYPE_CHECKING:
     from openscenario.storyboard.board import Board
     from openscenario.storyboard.entity import Entity
 
+ROUNDING = 1e-6  # m that a place may be beyond the end of a route: of numbers in files
 MOST_LANES = 10_000  # of roads without length there is no end
+
+
+def round_trip(places: Sequence[Place], closed: bool) -> Sequence[Place]:
+    """The places of a route, and its first one again if it is closed: `the last waypoint is followed by the first`."""
+    return (*places, places[0]) if closed and len(places) > 1 else places
 
 
 def way(board: Board, places: Sequence[Place]) -> tuple[RouteLane, ...]:
@@ -90,10 +96,22 @@ def along_route(
     board: Board,
     places: Sequence[Place],
     inside: model.PositionInLaneCoordinates | model.PositionInRoadCoordinates,
+    *,
+    closed: bool = False,
 ) -> RoadPoint:
-    """The place `path_s` [m] along the route (on reference lines), in the lane or at the t that `inside` names."""
+    """The place `path_s` [m] along the route (on reference lines), in the lane or at the t that `inside` names.
+
+    A closed route goes round; what lies beyond an end of another one is that end, with a warning.
+    """
     left = inside.path_s
-    stretches = way(board, places)
+    stretches = way(board, round_trip(places, closed))
+    whole = sum(abs(stretch.s_to - stretch.s_from) for stretch in stretches)
+    if closed and whole > 0.0 and left > whole:
+        left %= whole
+    elif not 0.0 <= left <= whole + ROUNDING:
+        text = f"pathS = {left:g} m is beyond the route, which has {whole:g} m: the nearer end of it is taken"
+        board.warn(inside, "beyond-route", text)
+        left = max(left, 0.0)
     first = _point(board, places[0])
     road, s, lane = first.road, first.s, first.lane
     for stretch in stretches:

@@ -9,7 +9,7 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
 from openscenario.storyboard.registry import action
-from openscenario.storyboard.routes import wander, way
+from openscenario.storyboard.routes import round_trip, wander, way
 from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.unsupported import Unsupported
 
@@ -20,12 +20,23 @@ FAR = 10_000.0  # m
 
 
 class Route(Instant):
-    """Gives the entity a route; over at once, the route stays. The default controller follows it where roads part."""
+    """Gives the entity a route; over at once, the route stays. The default controller follows it where roads part.
 
-    __slots__ = ("_board", "_element", "_entity", "_from_here", "_waypoints")
+    One that is closed leads the default controller back to its first waypoint; whoever is moved by something else is
+    told the waypoints once.
+    """
+
+    __slots__ = ("_board", "_closed", "_element", "_entity", "_from_here", "_waypoints")
 
     def __init__(
-        self, element: model.Element, entity: Entity, board: Board, waypoints: list[Where], *, from_here: bool
+        self,
+        element: model.Element,
+        entity: Entity,
+        board: Board,
+        waypoints: list[Where],
+        *,
+        from_here: bool,
+        closed: bool = False,
     ) -> None:
         super().__init__()
         self._element = element
@@ -33,6 +44,7 @@ class Route(Instant):
         self._board = board
         self._waypoints = waypoints
         self._from_here = from_here
+        self._closed = closed
         if board.network is None:
             raise Unsupported("the scenario has no road network")
 
@@ -48,7 +60,7 @@ class Route(Instant):
         """Set the route; True, as that was all. A warning if no way leads along its waypoints."""
         entity, board = self._entity, self._board
         entity.route = self._places()
-        entity.route_lanes = way(board, entity.route)
+        entity.route_lanes = way(board, round_trip(entity.route, self._closed))
         if len(entity.route) > 1 and not entity.route_lanes:
             board.warn(self._element, "no-way", f"{entity.name}: no way leads along the waypoints of the route")
         return True
@@ -65,7 +77,7 @@ class Route(Instant):
 def assign_route(element: model.AssignRouteAction, entity: Entity, board: Board) -> Runner:
     """Give the entity the waypoints of a route, which the default controller follows where roads part."""
     waypoints = [resolver(waypoint.position, board) for waypoint in element.route.waypoints]
-    return Route(element, entity, board, waypoints, from_here=False)
+    return Route(element, entity, board, waypoints, from_here=False, closed=element.route.closed)
 
 
 @action(model.RandomRouteAction)

@@ -12,6 +12,8 @@ from openscenario import model
 from openscenario.road.positions import RoadPosition
 from openscenario.road.route import RouteError, RouteLane
 from openscenario.storyboard import positions, routes
+from openscenario.storyboard.actions import routing
+from openscenario.storyboard.actions.routing import assign_route
 from openscenario.storyboard.car_following import LOOK_AHEAD, ahead
 from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.routes import MOST_LANES, _piece, along_route, wander, way
@@ -48,7 +50,11 @@ def test_a_place_along_a_route_is_so_many_metres_of_its_stretches_away(
     path_s: float, road: str, lane: int, s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(routes, "way", lambda board, places: STRETCHES)
-    board: Any = SimpleNamespace(network=SimpleNamespace(lane_t=lambda road, lane, s: 3.5 * lane + 0.01 * s))
+    warned: list[str] = []
+    board: Any = SimpleNamespace(
+        network=SimpleNamespace(lane_t=lambda road, lane, s: 3.5 * lane + 0.01 * s),
+        warn=lambda element, code, text: warned.append(code),
+    )
     inside: Any = model.PositionInLaneCoordinates(path_s=path_s, lane_id=7, lane_offset=0.4)
     assert along_route(board, [at("1", -1, 20.0)], inside) == RoadPoint(road, 7, pytest.approx(s), 0.4)
     beside: Any = model.PositionInRoadCoordinates(path_s=path_s, t=2.0)
@@ -56,11 +62,24 @@ def test_a_place_along_a_route_is_so_many_metres_of_its_stretches_away(
     assert along_route(board, [at("1", -1, 20.0)], beside) == RoadPoint(
         road, lane, pytest.approx(s), pytest.approx(offset)
     )
+    assert warned == (["beyond-route"] * 2 if path_s > 160.0 else [])
+
+
+@pytest.mark.parametrize(("path_s", "road", "s"), [(160.0, "3", 30.0), (161.0, "1", 21.0), (325.0, "1", 25.0)])
+def test_a_closed_route_goes_round(path_s: float, road: str, s: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 160 m with the way back to the first waypoint."""
+    gone: list[Any] = []
+    monkeypatch.setattr(routes, "way", lambda board, places: gone.append(tuple(places)) or STRETCHES)
+    inside: Any = model.PositionInLaneCoordinates(path_s=path_s, lane_id=7)
+    first, last = at("1", -1, 20.0), at("2", 1, 30.0)
+    board: Any = SimpleNamespace(network=SimpleNamespace())
+    assert along_route(board, [first, last], inside, closed=True) == RoadPoint(road, 7, pytest.approx(s), 0.0)
+    assert gone == [(first, last, first)]
 
 
 def test_without_a_way_a_place_along_it_is_where_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(routes, "way", lambda board, places: ())
-    board: Any = SimpleNamespace(network=SimpleNamespace(lane_t=lambda road, lane, s: -1.75))
+    board: Any = SimpleNamespace(network=SimpleNamespace(lane_t=lambda road, lane, s: -1.75), warn=lambda *_: None)
     inside: Any = model.PositionInRoadCoordinates(path_s=30.0, t=-1.0)
     places = [at("4", -1, 12.0), at("7", -2, 3.0)]
     assert along_route(board, places, inside) == RoadPoint("4", -1, 12.0, 0.75)
@@ -107,6 +126,22 @@ def test_a_way_is_cut_where_none_leads_on_and_without_a_network_there_is_none() 
     assert way(SimpleNamespace(network=None), places) == ()  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(("closed", "roads"), [(False, ["1", "2"]), (True, ["1", "2", "2", "1"])])
+def test_a_closed_route_leads_back_to_its_first_waypoint(
+    closed: bool, roads: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Class Route: in a closed route `the last waypoint is followed by the first`; its waypoints stay two."""
+    there = [at("1", -1, 5.0), at("2", -1, 40.0)]
+    monkeypatch.setattr(routing, "resolver", lambda position, board: lambda: position)
+    board: Any = SimpleNamespace(network=Network((("1", -1), ("2", -1)), (("2", -2), ("1", -1))))
+    waypoints = [SimpleNamespace(position=each) for each in there]
+    element: Any = SimpleNamespace(route=SimpleNamespace(closed=closed, waypoints=waypoints))
+    entity = car("A")
+    assert assign_route(element, entity, board).start()
+    assert [each.road for each in entity.route_lanes] == roads
+    assert entity.route == tuple(there)
+
+
 def test_where_no_lane_leads_there_one_beside_it_may_do() -> None:
     start, goal = RoadPoint("1", -1, 5.0, 0.0), RoadPoint("2", -1, 40.0, 0.0)
     network: Any = Network((("1", 1), ("2", -1)), other=1)
@@ -150,8 +185,8 @@ def test_roads_without_a_length_come_to_an_end() -> None:
 
 def route_position(inside: Any) -> Any:
     waypoints = [SimpleNamespace(position="first"), SimpleNamespace(position="second")]
-    return SimpleNamespace(route=SimpleNamespace(waypoints=waypoints), in_route_position=inside, orientation=None,
-                           at=model.At("x.xosc", 3, "E"))  # fmt: skip
+    return SimpleNamespace(route=SimpleNamespace(waypoints=waypoints, closed=True), in_route_position=inside,
+                           orientation=None, at=model.At("x.xosc", 3, "E"))  # fmt: skip
 
 
 def test_a_place_of_a_route_needs_a_road_and_may_be_that_of_an_entity(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -161,10 +196,10 @@ def test_a_place_of_a_route_needs_a_road_and_may_be_that_of_an_entity(monkeypatc
     other.x, other.y, other.z, other.h = 3.0, 4.0, 5.0, 0.6
     board: Any = SimpleNamespace(network=object(), entities={"B": other})
     monkeypatch.setattr(positions, "resolver", lambda position, board: lambda: position)
-    monkeypatch.setattr(routes, "along_route", lambda board, places, inside: (places, inside))
+    monkeypatch.setattr(routes, "along_route", lambda board, places, inside, closed: (places, inside, closed))
     monkeypatch.setattr(positions, "_on_lane", lambda board, point, orientation: point)
     inside: Any = model.PositionInLaneCoordinates(path_s=1.0, lane_id=-1)
-    assert positions._route(route_position(inside), board)() == (["first", "second"], inside)
+    assert positions._route(route_position(inside), board)() == (["first", "second"], inside, True)
     there = positions._route(route_position(model.PositionOfCurrentEntity(entity_ref="B")), board)()
     assert (there.x, there.y, there.z, there.h) == (3.0, 4.0, 5.0, 0.6)
 
