@@ -79,6 +79,15 @@ def _orientation(orientation: model.Orientation | None, base: float) -> float:
     return orientation.h if orientation.type == "absolute" else base + orientation.h
 
 
+def _tilt(orientation: model.Orientation | None, pitch: float, roll: float) -> tuple[float, float]:
+    """Pitch and roll [rad] that an orientation means where those of the reference are `pitch` and `roll`."""
+    if orientation is None:
+        return pitch, roll
+    if orientation.type == "absolute":
+        return orientation.p, orientation.r
+    return pitch + orientation.p, roll + orientation.r
+
+
 def _world(position: model.WorldPosition, board: Board) -> Where:
     """The numbers are those of the road file: where its header moves the roads, places go with them."""
     x, y, z, h, facing = position.x, position.y, position.z, position.h, 0.0
@@ -147,6 +156,7 @@ def _relative_world(position: model.RelativeWorldPosition, board: Board) -> Wher
             other.y + position.dy,
             other.z + position.dz,
             _orientation(orientation, other.h),
+            *_tilt(orientation, other.pitch, other.roll),
             has_heading=orientation is not None,
         )
 
@@ -159,18 +169,12 @@ def _relative_object(position: model.RelativeObjectPosition, board: Board) -> Wh
 
     def where() -> Place:
         dx, dy, dz = turned(other.h, other.pitch, other.roll, position.dx, position.dy, position.dz)
-        pitch, roll = other.pitch, other.roll
-        if orientation is not None:
-            absolute = orientation.type == "absolute"
-            pitch = orientation.p if absolute else pitch + orientation.p
-            roll = orientation.r if absolute else roll + orientation.r
         return Place(
             other.x + dx,
             other.y + dy,
             other.z + dz,
             _orientation(orientation, other.h),
-            pitch,
-            roll,
+            *_tilt(orientation, other.pitch, other.roll),
             has_heading=orientation is not None,
         )
 
@@ -203,16 +207,14 @@ def _on_lane(
 
 def _on_surface(pose: Pose, base: float, orientation: model.Orientation | None, point: RoadPoint | None) -> Place:
     """What stands on a road's surface, heading `base` [rad] or as an orientation says, with the pitch and roll that
-    the surface gives it that way round."""
+    the surface gives it that way round; an absolute orientation gives its own."""
     heading = _orientation(orientation, base)
     if orientation is not None and orientation.type == "absolute":
         yaw = yaw_in_plane(pose.pitch, pose.roll, heading - pose.h)  # an angle in the world's plane
     else:
         yaw = heading - pose.h  # one in the road's
     h, pitch, roll = turned_in_plane(pose.h, pose.pitch, pose.roll, yaw)
-    if orientation is not None:
-        pitch, roll = pitch + orientation.p, roll + orientation.r
-    return Place(pose.x, pose.y, pose.z, h, pitch, roll, point, orientation is not None)
+    return Place(pose.x, pose.y, pose.z, h, *_tilt(orientation, pitch, roll), point, orientation is not None)
 
 
 def _road_of(board: Board, road: str, element: object) -> None:
@@ -334,7 +336,8 @@ def _trajectory(position: model.TrajectoryPosition, board: Board) -> Where:
             h = along.tangent(position.s)
         x -= position.t * math.sin(h)
         y += position.t * math.cos(h)
-        return Place(x, y, z, _orientation(position.orientation, h), has_heading=True)
+        tilt = _tilt(position.orientation, along.pitch(position.s), 0.0)
+        return Place(x, y, z, _orientation(position.orientation, h), *tilt, has_heading=True)
 
     return where
 

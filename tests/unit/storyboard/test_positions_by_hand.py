@@ -317,7 +317,7 @@ def test_without_roads_what_is_not_given_is_nought(given: Any, told: Any) -> Non
         (0.3, None, 0.3, -0.2, 0.0),  # uphill
         (0.3 + math.pi, None, 0.3 + math.pi, 0.2, 0.0),  # and the other way round downhill
         (0.3, turned(0.0, 0.05, 0.1), 0.3, -0.15, 0.1),
-        (9.9, turned(0.3, 0.05, 0.1, "absolute"), 0.3, -0.15, 0.1),
+        (9.9, turned(0.3, 0.05, 0.1, "absolute"), 0.3, 0.05, 0.1),  # in the world, whatever the slope
         (0.3, turned(QUARTER), 0.3 + QUARTER, 0.0, -0.2),  # across: the right side is the lower one
     ],
 )

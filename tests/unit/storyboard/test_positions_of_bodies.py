@@ -10,7 +10,7 @@ import pytest
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.positions import _geo, _relative_object, _trajectory
+from openscenario.storyboard.positions import _geo, _relative_object, _relative_world, _trajectory
 from openscenario.storyboard.unsupported import Unsupported
 
 from .conftest import Make, lane_position, teleport
@@ -33,6 +33,35 @@ def test_a_place_beside_a_trajectory_lies_to_the_left_of_its_direction(make: Mak
     assert (found.x, found.y) == pytest.approx(
         (1.0 + 2.0 * math.cos(0.5) - math.sin(0.5), 2.0 + 2.0 * math.sin(0.5) + math.cos(0.5))
     )
+
+
+TILTS = [("relative", 0.25, 0.16), ("absolute", 0.15, 0.06), (None, 0.1, 0.1)]  # beside an object at 0.1, 0.1
+
+
+@pytest.mark.parametrize(("kind", "pitch", "roll"), TILTS)
+def test_a_place_of_the_world_beside_an_object_has_the_pitch_and_roll_that_are_given(
+    make: Make, kind: Any, pitch: float, roll: float
+) -> None:
+    board: Any = make(A=[], without_road=True)
+    other: Entity = board.entities["A"]
+    other.put(10.0, 20.0, 1.0, 0.5)
+    other.pitch, other.roll = 0.1, 0.1
+    turn = None if kind is None else model.Orientation(h=0.2, p=0.15, r=0.06, type=kind)
+    found = _relative_world(SimpleNamespace(entity_ref="A", dx=2.0, dy=1.0, dz=0.5, orientation=turn), board)()  # type: ignore[arg-type]
+    assert (found.x, found.y, found.z) == pytest.approx((12.0, 21.0, 1.5))
+    assert (found.pitch, found.roll) == pytest.approx((pitch, roll))
+
+
+@pytest.mark.parametrize(("kind", "pitch"), [each[:2] for each in TILTS])
+def test_a_place_beside_a_trajectory_has_the_pitch_and_roll_that_are_given(make: Make, kind: Any, pitch: float) -> None:
+    """It falls by tan 0.1, and does not lean."""
+    board: Any = make(A=[], without_road=True)
+    ends = (model.WorldPosition(0.0, 0.0, z=5.0), model.WorldPosition(10.0, 0.0, z=5.0 - 10.0 * math.tan(0.1)))
+    trajectory = model.Trajectory("t", False, model.Polyline(tuple(model.Vertex(point) for point in ends)))
+    turn = None if kind is None else model.Orientation(h=0.2, p=0.15, r=0.06, type=kind)
+    found = _trajectory(SimpleNamespace(trajectory=trajectory, s=4.0, t=0.0, orientation=turn), board)()  # type: ignore[arg-type]
+    assert found.pitch == pytest.approx(pitch)
+    assert found.roll == pytest.approx(0.0 if kind is None else 0.06)
 
 
 @pytest.mark.parametrize(("kind", "h", "p", "r"), [("relative", 0.7, 0.25, 0.16), ("absolute", 0.2, 0.15, 0.06)])
