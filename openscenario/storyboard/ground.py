@@ -217,13 +217,15 @@ class Ground:
         return self._moved(entity, ds, route, on_reference=True)
 
     def _moved(self, entity: Entity, way: float, route: Sequence[RouteLane], *, on_reference: bool) -> RoadPoint:
-        """`way` > 0 with increasing s of the entity's road."""
+        """`way` > 0 with increasing s of the entity's road. The offset is to the side of the entity, on any road."""
         network = self.network
         assert network is not None
         here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
         sign = network.driving_sign(entity.road, entity.lane, entity.s)
         there = network.advance(here, sign * way, 0.0, route, on_reference=on_reference)
-        return RoadPoint(there.road, there.lane, there.s, entity.offset)
+        point = RoadPoint(there.road, there.lane, there.s, entity.offset)
+        mirrored = entity.sense * self.sense_at(entity, point) < 0.0  # t counts the other way there
+        return point._replace(offset=-entity.offset) if mirrored else point
 
     def sense_at(self, entity: Entity, point: RoadPoint) -> float:
         """+1 if what faces as a tracked entity does, with or against the traffic, faces increasing s elsewhere."""

@@ -284,3 +284,15 @@ def test_who_is_ahead_on_the_next_road_is_in_the_way(
     make: Make, two_roads: RoadNetwork, y: float, lane: int, clear: bool
 ) -> None:
     assert is_clear(make, two_roads, lane, 180.0, y) is clear
+
+
+@pytest.mark.parametrize(("ds", "x"), [(5.0, 185.0), (50.0, 230.0)])
+@pytest.mark.parametrize("y", [-1.25, 2.25])
+def test_a_place_on_the_next_road_is_on_the_same_side(
+    make: Make, two_roads: RoadNetwork, ds: float, x: float, y: float
+) -> None:
+    """B is 0.5 m left of the middle of its lane, seen along x: so is a place ahead of it along the roads."""
+    there = teleport(f'<RelativeRoadPosition entityRef="B" ds="{ds}" dt="0"/>')
+    board = make(B=[world(180.0, y, 0.0 if y < 0.0 else math.pi)], A=[there], on=two_roads)
+    board.start()
+    assert (board.entities["A"].x, board.entities["A"].y) == pytest.approx((x, y), abs=1e-6)
