@@ -122,9 +122,25 @@ def _lane_nodes(road_node: Node) -> Iterator[dict[int, Node]]:
 
 
 def _levels(attributes: Attributes, road: Road, node: Node) -> None:
-    """Outside a level lane all lanes are level."""
+    """Outside a level lane all lanes are level; a banked road has them banked all the same, with a warning."""
     if not any(lane.level for section in road.sections for lane in section.lanes):
         return
+    banked = any(any((each.a, each.b, each.c, each.d)) for each in road.superelevations) or bool(road.shapes)
+    if banked:
+        first = next(
+            elements[lane.id]
+            for section, elements in zip(road.sections, _lane_nodes(node), strict=True)
+            for lane in section.lanes
+            if lane.level
+        )
+        attributes.report(
+            "road.unsupported",
+            first,
+            "a lane on level is not used: the lanes of this road lean as its superelevation and shape say",
+            attribute="level",
+            found="true",
+            severity="warning",
+        )
     for section, elements in zip(road.sections, _lane_nodes(node), strict=True):
         for side in (1, -1):
             level = False

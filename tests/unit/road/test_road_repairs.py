@@ -131,6 +131,18 @@ def test_of_the_layers_of_1_9_the_permanent_one_is_driven_on(tmp_path: Path) -> 
     assert (finding.severity, finding.code) == ("warning", "road.unsupported")
 
 
+@pytest.mark.parametrize(("bank", "warned"), [(0.1, True), (0.0, False)])
+def test_a_level_lane_of_a_banked_road_is_told(tmp_path: Path, bank: float, warned: bool) -> None:
+    """ASAM OpenDRIVE 1.8, 11.6: a lane on level does not take part in the superelevation; here it does."""
+    sides = section((), [lane(-1), lane(-2, type_="sidewalk").replace("<lane ", '<lane level="true" ')])
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, sides, superelevation=cubic("superelevation", 0, bank)))
+    found = [finding for finding in examine_opendrive(path)[1] if finding.code == "road.unsupported"]
+    assert [(finding.severity, finding.element.rpartition("@")[2]) for finding in found] == (
+        [("warning", "level")] if warned else []
+    )
+    assert load_network(path).lane_pose("1", -2, 30.0).roll == pytest.approx(bank)
+
+
 def test_each_rule_and_assumption_is_one_row_with_its_first_place(tmp_path: Path) -> None:
     objects = "".join(f'<object id="{n}" type="pole" s="9" t="x"/>' for n in range(3))
     path = write(tmp_path, straight("1", 0, 0, 0, 60, objects=objects))
