@@ -80,13 +80,24 @@ def rows(shared: Path, name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+def shift(net: RoadNetwork) -> tuple[float, float]:
+    """How far [m] the header's offset takes us beside the reference, which shifts first and turns then.
+
+    ASAM OpenDRIVE 1.8, 8.5: `xWorld = xODR * cos(hdg) - yODR * sin(hdg) + xOffset`, and y likewise.
+    """
+    dx, dy, _, turn = net.file.geo_offset
+    c, s = math.cos(turn), math.sin(turn)
+    return dx - (c * dx - s * dy), dy - (s * dx + c * dy)
+
+
 def errors(net: RoadNetwork, reference: list[dict[str, str]]) -> tuple[float, float, float, float]:
     """Largest error of position, height, heading and lane width."""
     position = height = heading = width = 0.0
+    dx, dy = shift(net)
     for row in reference:
         road, lane, s = row["road"], int(row["lane"]), float(row["s"])
         pose = net.lane_pose(road, lane, s)
-        position = max(position, math.hypot(pose.x - float(row["x"]), pose.y - float(row["y"])))
+        position = max(position, math.hypot(pose.x - dx - float(row["x"]), pose.y - dy - float(row["y"])))
         height = max(height, abs(pose.z - float(row["z"])))
         heading = max(heading, abs(math.remainder(pose.h - float(row["h"]), 2.0 * math.pi)))
         width = max(width, abs(net.lane_width(road, lane, s) - float(row["width"])))
