@@ -78,16 +78,17 @@ def _scaled(
     radius = steered.wheel_diameter / 2 if steered else car.wheel_radius
     top = performance.max_speed if performance.max_speed > 0 else car.max_speed
     faster = min(top, 150.0) / car.max_speed
+    stiffness = ("cornering_stiffness_front", "cornering_stiffness_rear")
+    stated = {name: getattr(car, name) * heavier for name in stiffness if name not in car.at_default}
     scaled = model.with_car(
         {
             **body,
+            **stated,
             "wheelbase": wheelbase,
             "cg_to_front_axle": car.cg_to_front_axle * longer,
             "mass": mass,
             "command_mass": car.command_mass * heavier,
             "yaw_inertia": car.yaw_inertia * heavier * longer**2,
-            "cornering_stiffness_front": car.cornering_stiffness_front * heavier,
-            "cornering_stiffness_rear": car.cornering_stiffness_rear * heavier,
             "wheel_radius": radius,
             "track": vehicle.axles.rear_axle.track_width or car.track,
             "max_speed": min(top, 150.0),

@@ -67,20 +67,42 @@ class Car:
 
     def stiffness(self, *, stiff: bool = False) -> tuple[float, float]:
         """Cornering stiffness of front and rear axle [N/rad]; `stiff`: STIFF_AXLE where only the default is known."""
-        front, rear = self.cornering_stiffness_front, self.cornering_stiffness_rear
-        load = self.mass * GRAVITY / self.wheelbase
-        at_front, at_rear = load * self.cg_to_rear_axle, load * self.cg_to_front_axle
-        if stiff and front == STIFFNESS_PER_LOAD * at_front and rear == STIFFNESS_PER_LOAD * at_rear:
-            return STIFF_AXLE * at_front, STIFF_AXLE * at_rear
-        return front, rear
+        if stiff and self.at_default.issuperset(("cornering_stiffness_front", "cornering_stiffness_rear")):
+            load = self.mass * GRAVITY / self.wheelbase
+            return STIFF_AXLE * (load * self.cg_to_rear_axle), STIFF_AXLE * (load * self.cg_to_front_axle)
+        return self.cornering_stiffness_front, self.cornering_stiffness_rear
+
+    @property
+    def at_default(self) -> frozenset[str]:
+        """Names of yaw inertia and stiffnesses that are what follows from mass and axles if a file does not say."""
+        defaults = _defaults_of_mass(self.mass, self.wheelbase, self.cg_to_front_axle)
+        return frozenset(name for name, value in defaults.items() if getattr(self, name) == value)
 
     def values(self) -> dict[str, float]:
         """All parameters by name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def with_values(self, values: Mapping[str, float]) -> Car:
-        """A car with some parameters changed, nothing else. Raises ModelError."""
-        return make_car({**self.values(), **values})
+        """A car with some parameters changed. Raises ModelError.
+
+        Yaw inertia and stiffnesses that follow from mass and axles (`at_default`) follow them again; all else is kept.
+        """
+        old = self.values()
+        moved = any(values.get(name, old[name]) != old[name] for name in ("mass", "wheelbase", "cg_to_front_axle"))
+        follow = self.at_default if moved else ()
+        return make_car(
+            {name: value for name, value in {**old, **values}.items() if name in values or name not in follow}
+        )
+
+
+def _defaults_of_mass(mass: float, wheelbase: float, front: float) -> dict[str, float]:
+    """Yaw inertia and stiffnesses of a car whose centre of gravity is `front` [m] behind the front axle."""
+    rear = wheelbase - front
+    return {
+        "yaw_inertia": mass * front * rear,
+        "cornering_stiffness_front": STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * rear),
+        "cornering_stiffness_rear": STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * front),
+    }
 
 
 def make_car(values: Mapping[str, float]) -> Car:
@@ -112,11 +134,8 @@ def make_car(values: Mapping[str, float]) -> Car:
             found=f"{front:g}",
             allowed=f"more than 0 and less than the wheelbase {wheelbase:g} m",
         )
-    rear = wheelbase - front
     full.setdefault("command_mass", mass)
-    full.setdefault("yaw_inertia", mass * front * rear)
-    full.setdefault("cornering_stiffness_front", STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * rear))
-    full.setdefault("cornering_stiffness_rear", STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * front))
+    full = {**_defaults_of_mass(mass, wheelbase, front), **full}
     full.setdefault("center_x", wheelbase / 2)
     for name in ("yaw_inertia", "cornering_stiffness_front", "cornering_stiffness_rear", "command_mass"):
         if full[name] <= 0.0:

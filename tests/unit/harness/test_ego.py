@@ -13,6 +13,7 @@ from pytest_dvp.drive.ego_model import fitted_model
 from pytest_dvp.drive.ego_task import find_ego
 from pytest_dvp.drive.run import run
 from tests.unit.harness.conftest import OneTrick, coast
+from vehicle.model.bus import GRAVITY
 
 Write = Callable[..., Path]
 RENAMED = (('name="Ego"', 'name="Car7"'), ('entityRef="Ego"', 'entityRef="Car7"'))
@@ -118,6 +119,19 @@ def test_another_car_gets_a_scaled_model_and_the_log_says_so(scenario: Write) ->
     assert description.max_steer == 0.5
     assert description.max_deceleration == 9.0
     assert description.max_acceleration == pytest.approx(4.0, rel=0.02)  # less what the motor's inertia takes
+
+
+@pytest.mark.parametrize(("mass", "wheelbase"), [(871.0, 2.95), (1056.0, 2.71), (1352.0, 2.59)])
+def test_a_scaled_car_of_unknown_tyres_has_stiff_axles_still(
+    scenario: Write, tmp_path: Path, mass: float, wheelbase: float
+) -> None:
+    """A kinematic car of which no tyres are known: 48/rad of the load of each axle, here half of the new mass."""
+    path = scenario(('mass="730"', f'mass="{mass}"'), ('positionX="2.36"', f'positionX="{wheelbase}"'))
+    bare = tmp_path / "bare.toml"
+    bare.write_text('[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 2.36\nmass = 730.0\n')
+    model, about = fitted_model(bare, find_ego(read_scenario(path), None))
+    assert about["scaled"] is True
+    assert model.car.stiffness(stiff=True) == pytest.approx((48.0 * 0.5 * mass * GRAVITY,) * 2)
 
 
 def test_the_scaled_motor_pulls_at_the_files_top_speed(scenario: Write) -> None:

@@ -81,6 +81,30 @@ def test_a_car_whose_front_is_heavy_has_the_stiffer_front_axle() -> None:
         assert getattr(own, given) == 5e4
 
 
+def test_what_follows_from_the_mass_follows_another_mass() -> None:
+    """Middle between axles 2 m apart: half of the load on each, m a b about z. What a file states is kept."""
+    heavy = make_car({"wheelbase": 2.0}).with_values({"mass": 1500.0})
+    assert heavy == make_car({"wheelbase": 2.0, "mass": 1500.0, "command_mass": 1000.0})
+    assert heavy.stiffness(stiff=True) == pytest.approx((48.0 * 750.0 * GRAVITY,) * 2)
+    stated = {"yaw_inertia": 900.0, "cornering_stiffness_front": 5e4, "cornering_stiffness_rear": 6e4}
+    own = make_car({"wheelbase": 2.0, **stated}).with_values({"mass": 1500.0})
+    assert (own.yaw_inertia, own.stiffness(stiff=True)) == (900.0, (5e4, 6e4))
+
+
+def test_what_follows_from_the_axles_follows_other_axles() -> None:
+    """1000 kg, 2.5 m, centre of gravity 1 m behind the front axle: three fifths stand on it."""
+    moved = make_car({"wheelbase": 2.0}).with_values({"wheelbase": 2.5})
+    assert (moved.cg_to_front_axle, moved.yaw_inertia) == (1.0, pytest.approx(1500.0))
+    assert moved.stiffness() == pytest.approx((12.0 * 600.0 * GRAVITY, 12.0 * 400.0 * GRAVITY))
+
+
+@pytest.mark.parametrize("mass", [730.1, 900.0, 8500.0])
+def test_a_mass_set_through_s_leaves_a_kinematic_car_its_stiff_axles(mass: float) -> None:
+    bare = parse_model('[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 2.0\nmass = 730.0\n')
+    heavy, _ = apply_s(bare, SimpleNamespace(), {"EGO_mass": mass})
+    assert heavy.car.stiffness(stiff=True) == pytest.approx((48.0 * 0.5 * mass * GRAVITY,) * 2)
+
+
 @pytest.mark.parametrize(("front", "good"), [(0.0, False), (1e-6, True), (2.0 - 1e-6, True), (2.0, False)])
 def test_the_centre_of_gravity_lies_between_the_axles(front: float, good: bool) -> None:
     if good:
