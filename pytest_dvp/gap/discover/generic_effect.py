@@ -9,7 +9,7 @@ from typing import Any
 from numba.extending import register_jitable
 
 from pytest_dvp.gap.discover.factors import value
-from pytest_dvp.gap.discover.term import POINTS, Term
+from pytest_dvp.gap.discover.term import LAST_ORDER, POINTS, Term
 from vehicle.model.effect import Effect, Key, Memory, Slot
 from vehicle.model.step_maths import lag_end
 
@@ -85,7 +85,7 @@ def _generic(slot: Slot, number: int) -> Effect:
     return Effect(
         name=f"term_{slot}_{number}", slot=slot, physics="any term of a law", equation="c gate filter(inside)",
         source="this project", parameters=_KEYS, reveals="", function=_FUNCTIONS[slot], memory=_MEMORY,
-        order=90,  # after everything of the slot that is known
+        order=LAST_ORDER[slot],
         tyres=slot == "body",
     )  # fmt: skip
 

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import count, groupby
 
 from pytest_dvp.gap.discover.factors import FACTORS, NUMBER
 from pytest_dvp.gap.discover.law import FoundTerm, Law
-from pytest_dvp.gap.discover.term import Term
+from pytest_dvp.gap.discover.term import LAST_ORDER, Term
+from vehicle.model.effect import Effect
+from vehicle.model.effect_catalogue import catalogue
 
 _SYMBOL = {"steer": "d", "accel": "a", "drag": "F_x/m", "brake": "F_brake/m", "yaw_moment": "M_z/I"}
 _SYMBOL |= {"fy_front": "F_yf/m", "fy_rear": "F_yr/m"}
 
 
-def law_names(law: Law) -> tuple[str, ...]:
-    """Names of the effects in the file, one for each slot that the law acts in: "law_steer"."""
-    return tuple(_name(terms) for terms in _by_slot(law))
+def law_names(law: Law, beside: Sequence[Effect] = ()) -> tuple[str, ...]:
+    """Names of the effects in the file, one for each slot that the law acts in: "law_steer", or, if an effect of the
+    catalogue or of `beside` has that name, "law_steer_2"."""
+    return tuple(_name(terms, _known(beside)) for terms in _by_slot(law))
 
 
 def equation(terms: Sequence[FoundTerm]) -> str:
@@ -30,11 +33,12 @@ def equation(terms: Sequence[FoundTerm]) -> str:
     return "; ".join(lines)
 
 
-def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str]) -> str:
-    """The Python text of the file. fitted, held_out: names of the logs."""
+def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str], beside: Sequence[Effect] = ()) -> str:
+    """The Python text of the file. fitted, held_out: names of the logs; beside: effects of the user's own with which
+    the law was found."""
     fit, judged = law.removed
     kind = "a law" if law.verdict == "LAW" else "a stand-in, whose form is not proven"
-    effects = [_effect(terms) for terms in _by_slot(law)]
+    effects = [_effect(terms, _known(beside)) for terms in _by_slot(law)]
     body = "\n".join(effects)
     used = [name for name in ("sqrt", "tanh") if f"{name}(" in body]
     lines = [
@@ -56,23 +60,37 @@ def _by_slot(law: Law) -> list[list[FoundTerm]]:
     return [list(terms) for _, terms in groupby(ordered, key=lambda found: found.term.point.slot)]
 
 
-def _name(terms: Sequence[FoundTerm]) -> str:
-    return "law_" + "_".join(dict.fromkeys(found.term.point.name for found in terms))
+def _known(beside: Sequence[Effect]) -> list[Effect]:
+    return [*catalogue().values(), *beside]
 
 
-def _effect(terms: Sequence[FoundTerm]) -> str:
+def _name(terms: Sequence[FoundTerm], known: Sequence[Effect]) -> str:
+    name = "law_" + "_".join(dict.fromkeys(found.term.point.name for found in terms))
+    taken = {effect.name for effect in known}
+    return next(free for k in count(1) if (free := name if k == 1 else f"{name}_{k}") not in taken)
+
+
+def _order(slot: str, known: Sequence[Effect]) -> int:
+    """After all that the search has before its terms, so that the law sees what they saw."""
+    last = LAST_ORDER[slot]
+    before = max((effect.order for effect in known if effect.slot == slot and effect.order <= last), default=0)
+    return min(before + 1, last)
+
+
+def _effect(terms: Sequence[FoundTerm], known: Sequence[Effect]) -> str:
     keys = [key for number, found in enumerate(terms, 1) for key in _keys(found, number)]
     memory = [f'Memory("h{number}")' for number, found in enumerate(terms, 1) if found.term.form.filter]
-    slot = terms[0].term.point.slot
+    slot, name = terms[0].term.point.slot, _name(terms, known)
+    order = f"order={_order(slot, known)},  # after what is known of this slot"
     about = [
-        f'name="{_name(terms)}",', f'slot="{slot}",', "order=89,  # after what is known of this slot",
+        f'name="{name}",', f'slot="{slot}",', order,
         'physics="found in measurements",', f'equation="{equation(terms)}",', 'source="dvp discover",',
         'reveals="the drives that it was found in",', *(["tyres=True,"] if slot == "body" else []),
         "parameters=(", *(f"    {key}," for key in keys), "),",
         *([f"memory=({', '.join(memory)},),"] if memory else []),
     ]  # fmt: skip
     body = [line for number, found in enumerate(terms, 1) for line in _code(found.term, number)]
-    lines = ["@effect(", *(f"    {line}" for line in about), ")", f"def {_name(terms)}(x, p, m):"]
+    lines = ["@effect(", *(f"    {line}" for line in about), ")", f"def {name}(x, p, m):"]
     return "\n".join([*lines, *(f"    {line}" for line in body)]) + "\n"
 
 

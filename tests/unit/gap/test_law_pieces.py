@@ -7,6 +7,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pytest_dvp.gap.discover.factors import FACTORS, NUMBER, THRESHOLD, unit_text, value
@@ -16,8 +17,10 @@ from pytest_dvp.gap.discover.law import FoundTerm, Law
 from pytest_dvp.gap.discover.law_file import effect_text, equation, law_names
 from pytest_dvp.gap.discover.term import POINTS, Form, Term
 from pytest_dvp.gap.words.discovery import discovery_lines
-from vehicle.model.effect import Effect
+from vehicle.model.effect import Effect, Key
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
+from vehicle.model.open_loop import Replay
 
 AT = {point.name: point for point in POINTS}
 
@@ -206,7 +209,10 @@ def test_a_term_of_size_nought_does_nothing_and_memory_waits_for_the_log_to_begi
 
 def test_generic_effects_are_three_of_each_slot_and_come_last() -> None:
     assert list(GENERIC) == [f"term_{slot}_{k}" for slot in ("command", "force", "body", "sensor") for k in range(3)]
-    assert {effect.order for effect in GENERIC.values()} == {90}
+    shows, late = {"body_roll"}, {effect.slot: effect.order for effect in GENERIC.values()}
+    assert all(effect.order < late[effect.slot] for effect in catalogue().values() if effect.slot in late
+               and effect.name not in shows)  # fmt: skip
+    assert late["body"] < catalogue()["body_roll"].order  # which shows the sway under all forces
     assert {effect.slot for effect in GENERIC.values() if effect.tyres} == {"body"}
     keys = {key.name: key for key in GENERIC["term_body_2"].parameters}
     assert {name for name, key in keys.items() if (key.low, key.high) == (0.0, 20.0)} == {
@@ -228,7 +234,51 @@ def test_the_file_of_a_law_does_the_same_as_the_search_did(point: Any, kind: Any
     effect.function(found, p, other)
     assert vars(found) == pytest.approx(vars(expected))
     assert other.h1 == pytest.approx(one.h)
-    assert (effect.slot, effect.order, effect.tyres) == (point.slot, 89, point.slot == "body")
+    assert (effect.slot, effect.tyres) == (point.slot, point.slot == "body")
+
+
+def shown(terms: tuple[Term, ...], own: tuple[Effect, ...] = (), values: Any = None) -> tuple[Any, Any]:
+    """What a log shows of a car with offset steering and a body that rolls: by the terms of a search, and by the file
+    that is written of them; own: effects of the user's own, with these `values`."""
+    model = parse_model(
+        '[model]\nbase = "dynamic_bicycle"\n[parameters]\nwheelbase = 2.6\n'
+        '[[effect]]\nname = "steer_offset"\nparameters = { offset = 0.03 }\n'
+        '[[effect]]\nname = "body_roll"\nparameters = { gain = 0.2 }\n'
+    )
+    law = Law("LAW", tuple(FoundTerm(term, -1.0, 1.0) for term in terms), (), (3.0, 2.0), (1.0, 1.0), ())
+    space: dict[str, Any] = {}
+    exec(effect_text(law, fitted=["a.csv"], held_out=["b.csv"], beside=own), space)  # noqa: S102
+    file = [e for e in space.values() if isinstance(e, Effect)]
+    assert {e.name for e in file} == set(law_names(law, own))
+    t = np.arange(0.0, 10.0, 0.02)
+    commands = {"steer_cmd": 0.1 * np.sin(t), "accel_cmd": np.where(t < 5.0, 2.0, 0.3 * np.sin(t))}
+    replay = Replay(model, t, commands, extra=[*GENERIC.values(), *file, *own])
+    as_file = {(e.name, f"c{k + 1}"): term.coefficient for e in file for k, term in enumerate(terms)}
+    return replay.run({**values_of(terms), **(values or {})}), replay.run({**as_file, **(values or {})})
+
+
+@pytest.mark.parametrize("point", ["steer", "fy_front"])
+def test_the_file_sees_the_same_steering_and_its_forces_sway_the_same_body(point: str) -> None:
+    searched, by_file = shown((Term(AT[point], Form(("d", "d", "d")), c=-20.0),))
+    assert by_file == pytest.approx(searched, abs=1e-9)
+
+
+def test_a_second_law_at_a_point_has_another_name_and_comes_after_the_first() -> None:
+    """The first one halves the angle, and the second reads what it left."""
+
+    def half(x: Any, p: Any, m: Any) -> None:
+        x.steer *= 1.0 - p.c
+
+    first = Effect(
+        name="law_steer", slot="command", physics="", equation="", source="", reveals="", order=92, function=half,
+        parameters=(Key("c", "-", 0.0, 1.0, neutral=0.0, least=0.01),),
+    )  # fmt: skip
+    second = (Term(AT["steer"], Form(("d", "v")), c=1.0),)
+    searched, by_file = shown(second, (first,), {("law_steer", "c"): 0.5})
+    assert by_file == pytest.approx(searched, abs=1e-9)
+    law = a_law(terms=(FoundTerm(second[0], 0.0, 1.0),))
+    assert law_names(law) == ("law_steer",)
+    assert law_names(law, (first,)) == ("law_steer_2",)
 
 
 def a_law(**given: Any) -> Law:
