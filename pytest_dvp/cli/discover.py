@@ -7,10 +7,11 @@ import json
 from pathlib import Path
 
 from pytest_dvp.cli.diagnose import read_all
-from pytest_dvp.cli.doctor import add_log_options
+from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, new_file
 from pytest_dvp.cli.shared.command_columns import check_command_columns
+from pytest_dvp.cli.shared.forwarded_options import forwarded_options
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.text.plain_json import finite
@@ -35,10 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Look for a law, and write it if one is found. Returns 0 with or without a law.
 
-    Raises WrongArgument if `--out` is no .py file, or the same log is fitted and held out.
+    Raises WrongArgument if a log is not there, `--out` is no .py file or one that is read, or the same log is fitted
+    and held out.
     """
+    texts = [existing_log(text) for text in (*arguments.logs, *arguments.held_out)]
     refuse_same_path(arguments.logs, arguments.held_out)
-    out = new_file("--out", arguments.out, [arguments.model])
+    out = new_file("--out", arguments.out, [*read_files(arguments, texts), arguments.model])
     if out.suffix != ".py":
         raise WrongArgument(f"--out {out}: an effect file is written; allowed: a name that ends in .py")
     from pytest_dvp.gap.discover.discover import discover
@@ -48,19 +51,22 @@ def execute(arguments: argparse.Namespace) -> int:
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
+    own = tuple(extra.values())
     model = read_model(arguments.model, extra=extra)
     logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
     refuse_same_drive(logs, held_out)
     check_command_columns("dvp discover", model, arguments.model, logs, held_out)
     with progress("dvp discover", "discovering") as tick:
-        law = discover(logs, model, held_out, effects=tuple(extra.values()), tick=tick)
+        law = discover(logs, model, held_out, effects=own, tick=tick)
     written = None
     if law.verdict != "NO_LAW":
         names = [[Path(name).name for name in group] for group in (logs, held_out)]
-        write_whole(out, effect_text(law, fitted=names[0], held_out=names[1]).encode())
+        write_whole(out, effect_text(law, fitted=names[0], held_out=names[1], beside=own).encode())
         written = str(out)
     if arguments.json:
         print(json.dumps(finite(law.as_dict(written)), ensure_ascii=False))
     else:
-        print("\n".join(discovery_lines(law, written, arguments.model, arguments.logs, arguments.held_out)))
+        options = forwarded_options(arguments)
+        given = (arguments.model, arguments.logs, arguments.held_out)
+        print("\n".join(discovery_lines(law, written, *given, options, own)))
     return 0

@@ -9,11 +9,16 @@ from pathlib import Path
 from pytest_dvp.gap.discover.law import Law
 from pytest_dvp.gap.discover.law_file import equation, law_names
 from pytest_dvp.gap.words.diagnosis import figure, three
+from vehicle.model.effect import Effect
 
 
-def discovery_lines(law: Law, file: str | None, model: str, logs: Sequence[str], held_out: Sequence[str]) -> list[str]:
+def discovery_lines(
+    law: Law, file: str | None, model: str, logs: Sequence[str], held_out: Sequence[str],
+    options: Sequence[str] = (), beside: Sequence[Effect] = (),
+) -> list[str]:  # fmt: skip
     """Lines of the answer: the verdict with its equation, the error before and after, what speaks against it, and the
-    command that adds what was written to `file`; model, logs, held_out: as the user named them."""
+    command that adds what was written to `file`; model, logs, held_out: as the user named them; options: words that
+    the command takes over; beside: as in `law_names`."""
     if law.verdict == "NO_LAW":
         return [f"NO_LAW: {reason}" for reason in law.reasons]
     what = {"LAW": "this form explains the error", "STAND_IN": "this removes the error, but its form is not proven"}
@@ -38,7 +43,7 @@ def discovery_lines(law: Law, file: str | None, model: str, logs: Sequence[str],
     if law.decides:
         lines.append(f"a drive that would tell more: {law.decides}")
     if file:
-        use = ["dvp", "extend", "--model", model, "--effects", file, "--add", *law_names(law), "--fit", *logs]
-        use += ["--held-out", *held_out, "--out", f"{Path(model).stem}.extended.toml"]
+        use = ["dvp", "extend", "--model", model, "--effects", file, "--add", *law_names(law, beside), "--fit", *logs]
+        use += ["--held-out", *held_out, "--out", f"{Path(model).stem}.extended.toml", *options]
         lines.append(f"{file} written; use it: {shlex.join(use)}")
     return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.discover.discover import discover
 from pytest_dvp.gap.discover.factors import FACTORS, unit_text
 from pytest_dvp.gap.discover.forms import forms, terms_at
+from pytest_dvp.gap.discover.law import FoundTerm, Law
 from pytest_dvp.gap.discover.term import POINTS, Form, Term
 from pytest_dvp.logs.log import Log
 from vehicle.model.effect import Effect, Key
+from vehicle.model.effect_catalogue import effects_of_files
 from vehicle.model.model_file import parse_model
 from vehicle.model.open_loop import Replay
 
@@ -94,6 +97,46 @@ def test_a_wrong_place_is_said_before_any_work(logs: Path, wrong: str, capsys: p
     asked = ["--model", str(logs / "car.toml"), "--held-out", str(logs / "judge.csv"), "--out", str(logs / wrong)]
     assert main(["discover", str(logs / "fit.csv"), *asked]) == 2
     assert "--out" in capsys.readouterr().err
+
+
+OWN = """from vehicle.model.effect import Key, effect
+@effect(name="law_steer", slot="command", physics="", equation="", source="", reveals="",
+        parameters=(Key("c", "-", 0.0, 1.0, neutral=0.0, least=0.1),))
+def law_steer(x, p, m):
+    x.steer += p.c
+"""
+
+
+def test_a_file_that_is_read_is_not_written_over(logs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    own = logs / "own.py"
+    own.write_text(OWN)
+    asked = ["--model", str(logs / "car.toml"), "--held-out", str(logs / "judge.csv"), "--effects", str(own)]
+    assert main(["discover", str(logs / "fit.csv"), *asked, "--out", str(own)]) == 2
+    assert f"--out {own} is a file that is read" in capsys.readouterr().err
+    assert own.read_text() == OWN
+
+
+def test_the_command_that_uses_a_law_has_what_was_needed_to_find_it(
+    logs: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The effects and the map of the search; the file has another name for its law than the effects given."""
+    own, columns, out = logs / "own.py", logs / "map.toml", logs / "law.py"
+    own.write_text(OWN)
+    columns.write_text('[signals]\nv = "v [m/s]"\n')
+    term = Term(next(p for p in POINTS if p.name == "steer"), Form(("a+",)), c=1.0)
+    law = Law("LAW", (FoundTerm(term, 0.0, 1.0),), ("steer",), (3.0, 3.0), (1.0, 1.0), ())
+    monkeypatch.setattr("pytest_dvp.gap.discover.discover.discover", lambda *a, **k: law)
+    monkeypatch.setattr("pytest_dvp.cli.discover.read_all", lambda texts, arguments: {t: drive(0.0, 1) for t in texts})
+    monkeypatch.setattr("pytest_dvp.cli.discover.refuse_same_drive", lambda *a: None)
+    read = ["--effects", str(own), "--map", str(columns)]
+    asked = ["--model", str(logs / "car.toml"), "--held-out", str(logs / "judge.csv"), *read]
+    assert main(["discover", str(logs / "fit.csv"), *asked, "--out", str(out)]) == 0
+    words = shlex.split(capsys.readouterr().out.splitlines()[-1].split("use it: ")[1])
+    assert words[:2] == ["dvp", "extend"]
+    assert [words[k + 1] for k, word in enumerate(words) if word == "--effects"] == [str(out), str(own)]
+    assert words[words.index("--map") + 1] == str(columns)
+    assert words[words.index("--add") + 1] == "law_steer_2"
+    assert set(effects_of_files([own, out])) == {"law_steer", "law_steer_2"}
 
 
 @pytest.mark.parametrize(("unit", "text"), [((1, -2, 0), "m/s^2"), ((0, 0, 0), "-"), ((-1, 2, 1), "s^2 rad/m")])
