@@ -29,8 +29,9 @@ class Twin:
     """A simulated car. Same model, sensors, seed and calls: same bytes.
 
     What the model's sensor effects do to pose, speed, yaw rate and accelerations, its GNSS, odometry and IMU show too:
-    they measure what the effects make of the motion, at its stamp. LiDAR and camera look around from the true pose, at
-    what the model's perception effects make of the road users (`vehicle.sensors.perceived`).
+    they measure what the effects make of the motion, at its stamp, each at its own mount (ax_x and ay_x of the model
+    are places of the car's log). LiDAR and camera look around from the true pose, at what the model's perception
+    effects make of the road users (`vehicle.sensors.perceived`).
 
     It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
     `reads` names the sensors that somebody reads, as `Observation` does; the others stay silent. None: all work.
@@ -52,7 +53,7 @@ class Twin:
                 allowed="accel_cmd, throttle_cmd + brake_cmd",
             )
         self.model, self.sensors, self.seed, self._reads = model, sensors, seed, reads
-        self._plant = Plant(model)
+        self._plant = Plant(model.with_car({"ax_x": 0.0, "ay_x": 0.0}))
         self._shows = any(a.effect.slot == "sensor" and not a.effect.is_off(a.values) for a in model.effects)
         self._description = sensors.describe(model.description())
         self._task: Task | None = None

@@ -441,11 +441,19 @@ def test_forces_see_the_curve_that_is_driven_and_that_of_the_wheels_where_there_
 
 def test_instruments_without_errors_write_what_the_car_does(plain: Plain) -> None:
     x = bus(**MOTION, ax=0.7, ay=-0.6, steer=0.2, t=3.0, z=0.9)
-    plain("_show")(x)
+    plain("_show")(x, 0.4)
     true, shown = np.full(12, NAN), np.full(12, NAN)
     plain("_write")(true, x, False)
     plain("_write")(shown, x, True)
     assert true.tolist() == shown.tolist() == [3.0, 1.0, 2.0, 0.9, 0.3, 4.0, 4.0, 0.2, 0.5, 0.7, -0.6, 0.2]
+
+
+def test_instruments_ahead_of_the_rear_axle_feel_the_turning(plain: Plain) -> None:
+    """A rigid body: - r^2 along and r' across for each metre. It turned by 0.4 rad/s 0.01 s ago, by 0.5 now."""
+    x = bus(**MOTION, ax=0.7, ay=-0.6, dt=0.01, ax_x=1.5, ay_x=1.2)
+    plain("_show")(x, 0.4)
+    assert (x.meas_ax, x.meas_ay) == pytest.approx((0.7 - 1.5 * 0.25, -0.6 + 1.2 * 10.0))
+    assert (x.ax, x.ay) == (0.7, -0.6)
 
 
 def test_each_column_of_commands_is_what_its_name_says(plain: Plain) -> None:

@@ -8,9 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from vehicle_models import CAR, plant
+from vehicle_models import CAR, model, plant
 
+from vehicle.messages import VehicleState
 from vehicle.model.kernel import DYNAMIC, KINEMATIC, _blend, _tyres
+from vehicle.model.plant import Plant
 
 L = CAR["wheelbase"]
 A = CAR["cg_to_front_axle"]
@@ -206,3 +208,26 @@ def test_slip_angles_are_those_of_the_least_speed_below_it(speed: float, taken: 
     assert x.slip_front == pytest.approx(0.05 - math.atan((0.2 + 1.2 * 0.3) / taken))
     assert x.slip_rear == pytest.approx(-math.atan((0.2 - 1.5 * 0.3) / taken))
     assert (x.fy_front, x.fy_rear) == pytest.approx((8e4 * x.slip_front, 9e4 * x.slip_rear))
+
+
+def test_what_is_shown_of_a_turn_is_that_of_the_place_of_the_accelerometer() -> None:
+    """Rigid body: at a point p ahead, ay is greater by r' p, and ax smaller by r^2 p; the motion itself is the same."""
+    commands = np.zeros((4000, 6))
+    commands[:, 0] = 0.03 * np.sin(0.003 * np.arange(4000))
+    rows = []
+    for place in (0.0, 1.3):
+        car = Plant(model("dynamic_bicycle").with_car({"ax_x": place, "ay_x": place}))
+        car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=10.0))
+        rows.append(car.drive(commands, 1, measured=True).copy())
+    axle, ahead = rows
+    turning = np.gradient(axle[:, 8], 0.01)
+    assert np.abs(turning).max() > 0.3
+    assert ahead[5:-5, 10] - axle[5:-5, 10] == pytest.approx(1.3 * turning[5:-5], abs=2e-3)
+    assert axle[:, 9] - ahead[:, 9] == pytest.approx(1.3 * axle[:, 8] ** 2)
+    assert (np.delete(ahead, (9, 10), axis=1) == np.delete(axle, (9, 10), axis=1)).all()
+
+
+def test_a_car_that_has_not_moved_yet_shows_where_it_was_put() -> None:
+    car = Plant(model().with_car({"ax_x": 1.5}))
+    car.reset(VehicleState(t=2.0, x=3.0, y=-4.0, yaw=0.5, v=8.0, yaw_rate=0.2, ax=0.6, ay=1.6))
+    assert car.shown_row() == pytest.approx([2.0, 3.0, -4.0, 0.0, 0.5, 8.0, 8.0, 0.0, 0.2, 0.6 - 1.5 * 0.04, 1.6, 0.0])

@@ -269,9 +269,14 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
 
 
 @compiled
-def _show(x: Any) -> None:
+def _show(x: Any, r0: float) -> None:
+    """What perfect instruments show at the end of a step that began with the yaw rate r0."""
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ax, x.meas_ay = x.yaw_rate, x.ax, x.ay + x.lean_y
+    if x.ax_x != 0.0:
+        x.meas_ax -= x.ax_x * x.yaw_rate * x.yaw_rate
+    if x.ay_x != 0.0:
+        x.meas_ay += x.ay_x * (x.yaw_rate - r0) / x.dt
 
 
 @compiled
@@ -315,10 +320,11 @@ def run(
         for _ in range(hold):
             _act(x, kind, mode, bus, table, bounds, parameters, memory)
             blend = _blend(x, kind)
+            r0 = x.yaw_rate
             _move(x, blend, _along(x, blend, mode), mode)
             x.count += 1.0
             x.t = x.t_start + x.count * x.dt
-            _show(x)
+            _show(x, r0)
             _slot(5, bus, table, bounds, parameters, memory)
             if int(x.count) % every == 0:
                 _write(trace[rows], x, measured)

@@ -43,7 +43,10 @@ class Plant:
         self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
     def reset(self, state: VehicleState) -> None:
-        """Put the car at `state`: steering at rest there, drive and brake without force, delay lines empty."""
+        """Put the car at `state`: steering at rest there, drive and brake without force, delay lines empty.
+
+        What sensors make of the motion shows from the first step on; until then they show the state.
+        """
         car = self.model.car
         self._bus = bus_of(self.model)
         self._clock = self._bus["t"]  # a view: asking the record for its field by name costs ten times as much
@@ -64,6 +67,13 @@ class Plant:
             "yaw_rate": state.yaw_rate,
             "ax": state.ax,
             "ay": state.ay,
+            "meas_x": state.x,
+            "meas_y": state.y,
+            "meas_yaw": state.yaw,
+            "meas_v": state.v,
+            "meas_yaw_rate": state.yaw_rate,
+            "meas_ax": state.ax - car.ax_x * state.yaw_rate * state.yaw_rate,
+            "meas_ay": state.ay,
         }
         for name, value in values.items():
             bus[name] = value
@@ -109,8 +119,8 @@ class Plant:
     def drive(self, commands: FloatArray, hold: int, *, measured: bool = False) -> FloatArray:
         """Advance `hold` steps with each row of `commands` (n, 6: COMMAND_COLUMNS); returns rows (m, 12) of the trace.
 
-        With `measured`, position, heading, speed, yaw rate and accelerations are as the model's sensor effects show
-        them, not as they are.
+        With `measured`, position, heading, speed, yaw rate and accelerations are as the model's sensors show them, at
+        their places (ax_x, ay_x) and with its sensor effects, not as they are at the rear axle.
         """
         trace = np.empty((len(commands) * hold // self.every + 1, len(TRACE_COLUMNS)))
         rows = self._run(np.ascontiguousarray(commands, dtype=np.float64), hold, measured, trace)
@@ -150,7 +160,7 @@ class Plant:
         return np.array([b[name] for name in names])
 
     def shown_row(self) -> FloatArray:
-        """The present motion as the model's sensor effects show it, as one row (12,) of TRACE_COLUMNS, in SI units."""
+        """The present motion as the model's sensors show it, as one row (12,) of TRACE_COLUMNS, in SI units."""
         b: Any = self._bus[0]
         row = self.row()
         row[[1, 2, 4, 5, 6]] = b["meas_x"], b["meas_y"], b["meas_yaw"], b["meas_v"], b["meas_v"]

@@ -69,6 +69,12 @@ class ComparedModel(Protocol):
         ...
 
 
+def at_place_of(log: Log, model: VehicleModel) -> VehicleModel:
+    """The model with its accelerometer where that of the log is: a run of the twin logs what its reference point does,
+    wherever the car that the model is of has its accelerometer (ax_x, ay_x)."""
+    return model.with_car({"ax_x": 0.0, "ay_x": 0.0}) if log.meta.get("stage") == "dt" else model
+
+
 class ModelSubject:
     """A vehicle model of ours, restarted at each segment; actuators run on. `extra` are effects of the user's own."""
 
@@ -89,7 +95,7 @@ class ModelSubject:
         from vehicle.model.open_loop import Replay
 
         commands = {name: command_at_stamps(log, name, self.name) for name in self.inputs}
-        replay = Replay(self.model, log.t, commands, extra=self._extra)
+        replay = Replay(at_place_of(log, self.model), log.t, commands, extra=self._extra)
         return np.asarray(replay.run(values, starts=segments.starts, states=segments.states))
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:

@@ -11,7 +11,13 @@ import numpy as np
 
 from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
-from pytest_dvp.gap.compare.compared_model import CompareError, ModelSubject, command_at_stamps, rows_with_commands
+from pytest_dvp.gap.compare.compared_model import (
+    CompareError,
+    ModelSubject,
+    at_place_of,
+    command_at_stamps,
+    rows_with_commands,
+)
 from pytest_dvp.gap.compare.road_slope import SLOWEST, slope_spread
 from pytest_dvp.gap.compare.segments import (
     CHANNELS,
@@ -74,6 +80,7 @@ class Experiment:
     def __init__(self, name: str, log: Log, model: VehicleModel, *, extra: Iterable[Effect] = ()) -> None:
         from vehicle.model.open_loop import Replay
 
+        model = at_place_of(log, model)
         subject = ModelSubject(model)
         commands = {column: command_at_stamps(log, column, subject.name) for column in subject.inputs}
         self.name, self.log, self.model = name, log, model

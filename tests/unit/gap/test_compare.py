@@ -17,9 +17,11 @@ from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.words.comparison import headline
 from pytest_dvp.gap.words.pooled_comparison import pooled
 from pytest_dvp.logs.log import Log
+from vehicle.messages import TRACE_COLUMNS, VehicleState
 from vehicle.model.effect_catalogue import effects_of_file
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
+from vehicle.model.plant import Plant
 
 
 def test_model_without_error_leaves_nothing_to_explain() -> None:
@@ -223,3 +225,26 @@ def test_headline_names_the_cause_and_says_what_follows_from_it() -> None:
     assert f"({furthest} misses by {times[furthest]:.1f} times its noise, but follows from speed and turn rate)" in text
     one = dataclasses.replace(found, signals={"v": found.signals["v"]})
     assert "follows" not in headline(one)
+
+
+def test_a_run_of_the_twin_is_judged_where_it_was_logged() -> None:
+    """It logs what its reference point does, not what the accelerometer of the car feels 1.3 m ahead of it."""
+    model = parse_model(
+        '[model]\nbase = "dynamic_bicycle"\n[parameters]\nwheelbase = 2.6\nmass = 1200.0\nax_x = 1.3\nay_x = 1.3\n'
+    )
+    t = np.arange(0.0, 30.0, 0.01)
+    commands = np.zeros((len(t), 6))
+    commands[:, 0] = 0.05 * np.sin(2.0 * t)
+    car = Plant(model)
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=8.0))
+    rows = car.drive(commands, 10)[:-1]
+    columns = {"t": t[1:]} | {
+        name: rows[:, k].copy() for k, name in enumerate(TRACE_COLUMNS) if name in ("x", "y", "yaw", "v", "ax", "ay")
+    }
+    columns |= {"yaw_rate": rows[:, 8].copy(), "steer_cmd": commands[1:, 0].copy(), "accel_cmd": commands[1:, 1].copy()}
+    run, recording = (compare(Log(dict(columns), meta=meta), model) for meta in ({"stage": "dt"}, {}))
+    rmse = [float(np.sqrt(np.nanmean(found.residuals["ay"] ** 2))) for found in (run, recording)]
+    assert rmse[0] < 0.05
+    assert rmse[1] > 0.2  # about 1.3 m times r' of 0.3 rad/s^2
+    ax = [float(np.sqrt(np.nanmean(found.residuals["ax"] ** 2))) for found in (run, recording)]
+    assert ax[0] < 0.01 < ax[1]

@@ -89,6 +89,7 @@ def test_the_fmu_drives_as_our_twin_does(tmp_path, ours, monkeypatch):
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
     slave.exitInitializationMode()
+    assert slave.getReal([of[name] for name in ("x", "v", "yaw_rate")]) == [0.0, 10.0, 0.0]
     rows = []
     for k in range(TICKS):
         slave.setReal([of["steer_cmd"], of["accel_cmd"]], list(commands(k)))

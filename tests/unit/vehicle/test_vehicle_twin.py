@@ -220,3 +220,19 @@ def test_its_sensors_show_what_the_models_sensor_effects_do_and_the_car_drives_a
     assert shown[1] - right[1] == pytest.approx(0.035, abs=1e-6)
     assert shown[2] / right[2] == pytest.approx(1.05, abs=1e-6)
     assert shown[3] == right[3]
+
+
+def test_its_inertial_unit_feels_the_turning_at_its_own_mount_wherever_the_cars_log_has_it(tabby: VehicleModel) -> None:
+    """With a sensor effect or without; the place of a log's ay would count twice with the mount."""
+
+    def felt(place: float) -> list[tuple[float, float]]:
+        car = Twin(
+            tabby.with_effect("gyro_bias", {"b": 0.01}).with_car({"ax_x": place, "ay_x": place}), default_sensors()
+        )
+        car.reset(START)
+        car.apply(Command(0.0, 0.2, 0.0, 0.0, 0.0))
+        car.step(0.5)
+        return [(one.ax, one.ay) for one in car.observe(no_surroundings()).imu]
+
+    assert len(felt(1.2)) > 10
+    assert felt(1.2) == felt(0.0)
