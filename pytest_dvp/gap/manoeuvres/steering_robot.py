@@ -14,11 +14,14 @@ import numpy as np
 if TYPE_CHECKING:
     from vehicle.messages import Command, Observation, VehicleDescription
 
+TICK = 0.05  # s, for which a command is held: the period in which a run asks its stack (pytest_dvp.drive.loop.TICK)
+
 
 class CommandPlayer:
     """Plays `wanted` columns of a file: t [s], steer [rad] and accel [m/s^2] asked for; open loop, so it sees nothing.
 
-    Pedals are given as shares of the accelerations of which the car's description speaks.
+    A command is the mean of the rows of its tick, so that none of them is lost and speed and heading come out as
+    planned. Pedals are given as shares of the accelerations of which the car's description speaks.
     """
 
     def __init__(self, path: Path, description: VehicleDescription) -> None:
@@ -32,10 +35,16 @@ class CommandPlayer:
         self._description = description
 
     def tick(self, observation: Observation) -> Command:
-        """The command of now; after the end the brake holds the car."""
+        """The command of this tick; after the end the brake holds the car."""
         from vehicle.messages import Command
 
-        k = max(int(np.searchsorted(self._t, observation.t + 1e-9, side="right")) - 1, 0)
-        accel, d = float(self._accel[k]), self._description
+        (steer, accel), d = self._mean(observation.t), self._description
         throttle, brake = max(accel, 0.0) / d.max_acceleration, max(-accel, 0.0) / d.max_deceleration
-        return Command(observation.t, float(self._steer[k]), accel, min(throttle, 1.0), min(brake, 1.0))
+        return Command(observation.t, steer, accel, min(throttle, 1.0), min(brake, 1.0))
+
+    def _mean(self, t: float) -> tuple[float, float]:
+        """Steering and acceleration asked for, on average from `t` [s] on for a tick; each row holds until the next."""
+        edges = np.array([t, *self._t[(self._t > t) & (self._t < t + TICK)], t + TICK])
+        rows = np.maximum(np.searchsorted(self._t, edges[:-1], side="right") - 1, 0)
+        share = np.diff(edges) / TICK
+        return float(share @ self._steer[rows]), float(share @ self._accel[rows])

@@ -254,6 +254,27 @@ def test_a_file_of_commands_is_played_by_its_clock(tmp_path: Path) -> None:
     file.write_text("t [s],wanted_accel [m/s^2],wanted_steer [rad]\n0,1,0.1\n0.5,-2,0.2\n1,-9,0.3\n")
     car: Any = SimpleNamespace(max_acceleration=4.0, max_deceleration=8.0)
     player = CommandPlayer(file, car)
-    found = [player.tick(SimpleNamespace(t=t)) for t in (-1.0, 0.0, 0.49, 0.5, 9.0)]  # type: ignore[arg-type]
-    assert [c.steer for c in found] == [0.1, 0.1, 0.1, 0.2, 0.3]
-    assert [(c.throttle, c.brake) for c in found[2:]] == [(0.25, 0.0), (0.0, 0.25), (0.0, 1.0)]
+    found = [player.tick(SimpleNamespace(t=t)) for t in (-1.0, 0.0, 0.45, 0.5, 9.0)]  # type: ignore[arg-type]
+    assert [c.steer for c in found] == pytest.approx([0.1, 0.1, 0.1, 0.2, 0.3])
+    assert [(c.throttle, c.brake) for c in found[2:]] == [
+        pytest.approx(pedals) for pedals in ((0.25, 0.0), (0.0, 0.25), (0.0, 1.0))
+    ]
+
+
+def test_a_command_of_a_robot_is_the_mean_of_the_rows_of_its_tick(tmp_path: Path) -> None:
+    """Rows each 0.02 s and a tick of 0.05 s: two rows and a half; so the sum over time is that of the plan."""
+    from pytest_dvp.drive.loop import RATE
+    from pytest_dvp.gap.manoeuvres.steering_robot import TICK, CommandPlayer
+
+    assert pytest.approx(1 / RATE) == TICK
+    file = tmp_path / "c.csv"
+    rng = np.random.default_rng(1)
+    steer = rng.uniform(-0.3, 0.3, 50)
+    rows = "".join(f"{0.02 * k:.6g},{10.0 * one:.6g},{one:.6g}\n" for k, one in enumerate(steer))
+    file.write_text("t [s],wanted_accel [m/s^2],wanted_steer [rad]\n" + rows)
+    player = CommandPlayer(file, SimpleNamespace(max_acceleration=4.0, max_deceleration=8.0))  # type: ignore[arg-type]
+    asked = [player.tick(SimpleNamespace(t=k / RATE)) for k in range(20)]  # type: ignore[arg-type]
+    assert asked[0].steer == pytest.approx((steer[0] + steer[1] + 0.5 * steer[2]) / 2.5, abs=1e-5)
+    assert asked[1].steer == pytest.approx((0.5 * steer[2] + steer[3] + steer[4]) / 2.5, abs=1e-5)
+    assert sum(c.steer for c in asked) * TICK == pytest.approx(steer.sum() * 0.02, abs=1e-5)
+    assert sum(c.accel for c in asked) * TICK == pytest.approx(10.0 * steer.sum() * 0.02, abs=1e-4)

@@ -152,9 +152,9 @@ def test_a_robot_plays_the_command_of_now_and_shares_of_the_pedals(tmp_path: Pat
         "wanted_accel [m/s^2],t [s],wanted_steer [rad]\n1,0,0.1\n-3,0.5,0.2\n9,1,0.3\n-20,1.5,0.4\n-1,2,0.5\n"
     )
     robot = CommandPlayer(path, SimpleNamespace(max_acceleration=2.0, max_deceleration=6.0))  # type: ignore[arg-type]
-    asked = [robot.tick(SimpleNamespace(t=t)) for t in (-1.0, 0.0, 0.49, 0.5, 1.2, 1.5, 2.0, 99.0)]  # type: ignore[arg-type]
-    assert [c.t for c in asked] == [-1.0, 0.0, 0.49, 0.5, 1.2, 1.5, 2.0, 99.0]
-    assert [c.steer for c in asked] == [0.1, 0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.5]
-    assert [c.accel for c in asked] == [1.0, 1.0, 1.0, -3.0, 9.0, -20.0, -1.0, -1.0]
-    assert [c.throttle for c in asked] == [0.5, 0.5, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0]
+    asked = [robot.tick(SimpleNamespace(t=t)) for t in (-1.0, 0.0, 0.4, 0.5, 1.2, 1.5, 2.0, 99.0)]  # type: ignore[arg-type]
+    assert [c.t for c in asked] == [-1.0, 0.0, 0.4, 0.5, 1.2, 1.5, 2.0, 99.0]
+    assert [c.steer for c in asked] == pytest.approx([0.1, 0.1, 0.1, 0.2, 0.3, 0.4, 0.5, 0.5])
+    assert [c.accel for c in asked] == pytest.approx([1.0, 1.0, 1.0, -3.0, 9.0, -20.0, -1.0, -1.0])
+    assert [c.throttle for c in asked] == pytest.approx([0.5, 0.5, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0])
     assert [c.brake for c in asked] == pytest.approx([0.0, 0.0, 0.0, 0.5, 0.0, 1.0, 1.0 / 6.0, 1.0 / 6.0])
