@@ -13,7 +13,7 @@ from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import Hypothesis, Rehearsal
-from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, perform
+from pytest_dvp.gap.manoeuvres.simulated_drive import SIZES, Drive, perform
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -85,6 +85,24 @@ class RehearsalInputs:
     def rehearse(self, drive: Drive, truth: Values) -> Rehearsal:
         """The log of a drive with an effect as the truth."""
         return Rehearsal(drive, self.model, truth, self.noise, shared=self.shared, extra=self.effects)
+
+    def perform(self, manoeuvre: Manoeuvre, values: Values, sizes: tuple[float, ...] = SIZES) -> Drive | None:
+        """The largest of `sizes` that keeps within the limits if these values are the truth, None if none does."""
+        return perform(manoeuvre, self.model, {**self.shared, **values}, self.envelope, sizes, self.effects)
+
+    def together(self, drive: Drive, truths: Sequence[Values]) -> list[Drive]:
+        """The drive, which has the first of `truths`, as each of them would have it, all of one size that keeps every
+        one within the limits; empty if none does."""
+        for size in (s for s in SIZES if s <= drive.size):
+            found = [drive] if size == drive.size else []
+            for values in truths[len(found) :]:
+                one = self.perform(drive.manoeuvre, values, (size,))
+                if one is None:
+                    break
+                found.append(one)
+            if len(found) == len(truths):
+                return found
+        return []
 
 
 def as_named(manoeuvres: Sequence[Manoeuvre], model: VehicleModel, envelope: Envelope) -> tuple[Choice, ...]:

@@ -23,7 +23,7 @@ from pytest_dvp.gap.manoeuvres.choice import (
 )
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, closest_values, separable_chi2, typical
-from pytest_dvp.gap.manoeuvres.simulated_drive import SIZES, Drive, perform
+from pytest_dvp.gap.manoeuvres.simulated_drive import SIZES, Drive
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -70,7 +70,7 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     asked = RehearsalInputs(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
     others = [*mine, *(Hypothesis(known[name], values) for name, values in evidence.near.items())]
-    drives = [perform(m, model, {**asked.shared, **mine[0].values}, envelope) for m in manoeuvres]
+    drives = [asked.perform(m, mine[0].values) for m in manoeuvres]
     screened = [(_screened(asked, drive, mine, others, evidence), drive) for drive in drives if drive is not None]
     if not screened:
         raise PlanError("no manoeuvre keeps within the envelope; widen it")
@@ -80,7 +80,7 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     for gap, drive in ranked:
         if len(best) == _LOOKED_AT or (best and gap < TIE * max(entry.worth for entry in best)):
             break
-        every = _together(asked, drive, mine)
+        every = asked.together(drive, [h.values for h in mine])
         if every:
             best.append(_Looked(asked, every, mine, others, evidence, tied))
     if not best:
@@ -152,7 +152,7 @@ def _complete(asked: RehearsalInputs, wanted: Sequence[Candidate], given: Mappin
         values = dict(given[candidate.name])
         if not values:
             if town is None:
-                drive = perform(CITY, asked.model, {**asked.shared, **found[0].values}, asked.envelope, (*SIZES, 0.4))
+                drive = asked.perform(CITY, found[0].values, (*SIZES, 0.4))
                 if drive is None:
                     raise PlanError("not even a gentle drive keeps within the envelope; widen it")
                 town = asked.rehearse(drive, found[0].values)
@@ -174,17 +174,3 @@ def _screened(asked: RehearsalInputs, drive: Drive, mine: Sequence[Hypothesis], 
         )
         for (a, truth), (b, other) in itertools.product(enumerate(mine), enumerate(others)) if a != b
     }  # fmt: skip
-
-
-def _together(asked: RehearsalInputs, drive: Drive, mine: Sequence[Hypothesis]) -> list[Drive]:
-    """The drive as each of them would have it, all of one size that keeps every one within the envelope."""
-    for size in (s for s in SIZES if s <= drive.size):
-        found = [drive] if size == drive.size else []
-        for h in mine[len(found) :]:
-            one = perform(drive.manoeuvre, asked.model, {**asked.shared, **h.values}, asked.envelope, (size,))
-            if one is None:
-                break
-            found.append(one)
-        if len(found) == len(mine):
-            return found
-    return []

@@ -23,7 +23,7 @@ from pytest_dvp.gap.manoeuvres.choice import (
 )
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, typical
-from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, perform
+from pytest_dvp.gap.manoeuvres.simulated_drive import Drive
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -39,6 +39,7 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
 
     An effect of typical size counts as shown if it changes chi^2/N three times as much as a diagnosis needs, and that
     no other effect of the catalogue, to first order, does the same; where nothing achieves that, if it shows at all.
+    Each drive keeps within the limits without the effects that it is to show and with each of them, of typical size.
     beside: samples of the logs there are. Other arguments and PlanError as with `decide`; effects that nothing shows
     are in `not_shown` of the last choice.
     """
@@ -51,18 +52,18 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
     every = candidates(model, [*catalogue().values(), *effects])
     others = [_typical(c) for c in every if c.name not in names]
     tables = [
-        _Table(asked, drive, mine, others) for drive in (perform(m, model, asked.shared, envelope) for m in manoeuvres)
-        if drive is not None
+        _Table(asked, drive, mine, others) for drive in (asked.perform(m, {}) for m in manoeuvres) if drive is not None
     ]  # fmt: skip
     if not tables:
         raise PlanError("no manoeuvre keeps within the envelope; widen it")
-    told = {n: max(t.distinct[n] for t in tables) >= ENOUGH for n in names}
+    told: dict[str, bool] = {}
 
     def worth(table: _Table, name: str) -> float:
         return table.distinct[name] if told[name] else table.visible[name]
 
     left, chosen = list(names), []
-    while left:
+    while left and tables:
+        told.update({n: max(t.distinct[n] for t in tables) >= ENOUGH for n in left})
         most = max(sum(worth(t, n) >= ENOUGH for n in left) for t in tables)
         if not most:
             break
@@ -71,6 +72,12 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
         top = max(least.values())
         best = min((t for t in able if least[id(t)] >= _PLENTY * top), key=lambda t: t.drive.seconds)
         shown = [n for n in left if worth(best, n) >= ENOUGH]
+        moving = [h.values for h in mine if h.name in shown and h.candidate.effect.slot != "sensor"]
+        kept = asked.together(best.drive, [{}, *moving])
+        if not kept or kept[0] is not best.drive:  # with one of them it breaks a limit: smaller, or not at all
+            at = tables.index(best)
+            tables[at : at + 1] = [_Table(asked, drive, mine, others) for drive in kept[:1]]
+            continue
         signs = sorted((sign_of(best.rehearsal, "", h, worth(best, h.name)) for h in mine if h.name in shown),
                        key=lambda s: s.gap)  # fmt: skip
         ranking = {t.drive.manoeuvre.name: min(worth(t, n) for n in shown) for t in tables}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 if TYPE_CHECKING:
     from vehicle.model.car import Car
     from vehicle.model.command_inputs import Inputs
+    from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
 LONGEST = 180.0  # s, of one manoeuvre
@@ -71,9 +72,10 @@ def drive(manoeuvre: Manoeuvre, car: Car, respond: Respond, envelope: Envelope, 
 
 
 def perform(manoeuvre: Manoeuvre, model: VehicleModel, values: Values, envelope: Envelope,
-            sizes: tuple[float, ...] = SIZES) -> Drive | None:  # fmt: skip
-    """The largest of `sizes` that keeps within the envelope with this model and values, None if none does."""
-    full = with_values(model, values)
+            sizes: tuple[float, ...] = SIZES, effects: Sequence[Effect] = ()) -> Drive | None:  # fmt: skip
+    """The largest of `sizes` that keeps within the envelope with this model and values, None if none does; effects:
+    the user's own."""
+    full = with_values(model, values, effects)
     for size in sizes:
         found = drive(manoeuvre, model.car, responder(full), envelope, size)
         if not violations(found.t, found.motion, found.wishes[:, 1], envelope, found.area, model.car):
@@ -138,8 +140,11 @@ def inputs_of(inputs: Inputs, accel: FloatArray, speed: FloatArray) -> dict[str,
     return {name: every[name] for name in inputs.longitudinal}
 
 
-def with_values(model: VehicleModel, values: Values) -> VehicleModel:
-    """The model with fitted values in it: of effects, of its input map ("inputs") and of its car ("parameters")."""
+def with_values(model: VehicleModel, values: Values, effects: Sequence[Effect] = ()) -> VehicleModel:
+    """The model with fitted values in it: of effects, of its input map ("inputs") and of its car ("parameters").
+
+    effects: the user's own, of which values may be given.
+    """
     by_name: dict[str, dict[str, float]] = {}
     for (name, key), value in values.items():
         by_name.setdefault(name, {})[key] = value
@@ -148,7 +153,8 @@ def with_values(model: VehicleModel, values: Values) -> VehicleModel:
         model = dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **scales))
     if "parameters" in by_name:
         model = model.with_car(by_name.pop("parameters"))
+    own = {e.name: e for e in (*effects, *(applied.effect for applied in model.effects))}
     for name, given in by_name.items():
         if all(math.isfinite(v) for v in given.values()):
-            model = model.with_effect(name, given)
+            model = model.with_effect(own.get(name, name), given)
     return model

@@ -11,10 +11,9 @@ import pytest
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.manoeuvres import choice as choosing
-from pytest_dvp.gap.manoeuvres import discrimination, exciting_manoeuvres
 from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES
 from pytest_dvp.gap.manoeuvres.choice import Choice, LargestDifference, PlanError, RehearsalInputs, as_named, sign_of
-from pytest_dvp.gap.manoeuvres.discrimination import Evidence, _tied, _together, decide
+from pytest_dvp.gap.manoeuvres.discrimination import Evidence, _tied, decide
 from pytest_dvp.gap.manoeuvres.driver_card import as_dict, card
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
 from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
@@ -73,11 +72,10 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A function that says what manoeuvres there are: name -> (seconds, what each effect does in it)."""
 
     def given(drives: dict[str, tuple[float, dict[str, Any]]]) -> list[Any]:
-        def perform(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any = (1.0,)) -> Any:
+        def perform(manoeuvre: Any, *_: Any) -> Any:
             return a_drive(manoeuvre.name, drives[manoeuvre.name][0]) if manoeuvre.name in drives else None
 
-        for module in (discrimination, exciting_manoeuvres, choosing):
-            monkeypatch.setattr(module, "perform", perform)
+        monkeypatch.setattr(choosing, "perform", perform)
         monkeypatch.setattr(RehearsalInputs, "rehearse",
                             lambda self, drive, truth: Shows(drives[drive.manoeuvre.name][1], truth))  # fmt: skip
         return [SimpleNamespace(name=name) for name in [*drives, "not driven"]]
@@ -167,18 +165,17 @@ def test_what_cannot_be_decided_is_one_line(shown: Any) -> None:
 def test_a_drive_is_as_large_as_keeps_every_rival_within_the_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = {0.9: 1.0, 0.8: 0.7}
 
-    def perform(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any) -> Any:
+    def perform(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any, effects: Any) -> Any:
         (size,) = sizes
         return a_drive("a", 30.0, size) if size <= fits[values[DRIVE]] else None
 
-    monkeypatch.setattr(discrimination, "perform", perform)
+    monkeypatch.setattr(choosing, "perform", perform)
     asked = RehearsalInputs(MODEL, {}, Envelope(), {}, ())
-    (candidate,) = tried("drive_gain")
-    mine = [Hypothesis(candidate, {DRIVE: value}) for value in (0.9, 0.8)]
-    assert [d.size for d in _together(asked, a_drive("a", 30.0, 1.0), mine)] == [0.7, 0.7]
-    assert [d.size for d in _together(asked, a_drive("a", 30.0, 0.7), mine)] == [0.7, 0.7]
+    mine = [{DRIVE: value} for value in (0.9, 0.8)]
+    assert [d.size for d in asked.together(a_drive("a", 30.0, 1.0), mine)] == [0.7, 0.7]
+    assert [d.size for d in asked.together(a_drive("a", 30.0, 0.7), mine)] == [0.7, 0.7]
     fits[0.8] = 0.5
-    assert _together(asked, a_drive("a", 30.0, 1.0), mine) == []
+    assert asked.together(a_drive("a", 30.0, 1.0), mine) == []
 
 
 def excited(manoeuvres: Any, *names: str, **given: Any) -> tuple[Choice, ...]:
@@ -208,6 +205,37 @@ def test_the_fewest_drives_that_show_all_are_chosen(shown: Any) -> None:
     weaker = shown({"both": (50.0, alone(drive_gain=0.2, brake_gain=0.149)), "brake": (20.0, alone(brake_gain=9.0))})
     first, second = excited(weaker, "drive_gain", "brake_gain")
     assert {first.manoeuvre.name, second.manoeuvre.name} == {"both", "brake"}
+
+
+def test_a_drive_is_as_large_as_keeps_the_effects_that_it_shows_within_the_limits(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With 15 % more drive, only 0.7 of the drive keeps within them; what it shows grows with the square of its size.
+    If no size does, another drive is taken, or none."""
+    fits, asked = {"a": 0.7, "b": 1.0}, []
+
+    def perform(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any, effects: Any) -> Any:
+        most = fits[manoeuvre.name] if values.get(DRIVE, 1.0) > 1.0 else 1.0
+        asked.append(set(values))
+        return next((a_drive(manoeuvre.name, 30.0, size) for size in sizes if size <= most), None)
+
+    monkeypatch.setattr(choosing, "perform", perform)
+    does = {"a": alone(drive_gain=1.0), "b": alone(drive_gain=0.4)}
+    monkeypatch.setattr(
+        RehearsalInputs, "rehearse", lambda self, drive, truth: Shows(
+            {name: drive.size * row for name, row in does[drive.manoeuvre.name].items()}, truth),
+    )  # fmt: skip
+    both: Any = [SimpleNamespace(name="a"), SimpleNamespace(name="b")]
+    (found,) = excited(both, "drive_gain")
+    assert (found.manoeuvre.name, found.drive.size, found.gap) == ("a", 0.7, pytest.approx(0.49))
+    fits["a"] = 0.5
+    (found,) = excited(both, "drive_gain")
+    assert (found.manoeuvre.name, found.drive.size) == ("b", 1.0)
+    with pytest.raises(PlanError, match="no manoeuvre shows drive_gain within these limits"):
+        excited(both[:1], "drive_gain")
+    asked.clear()
+    excited(both[1:], "drive_gain")
+    assert {DRIVE} in asked
 
 
 @pytest.mark.parametrize(("short", "chosen"), [(0.51, "short"), (0.49, "long")])

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.manoeuvres import advice, discrimination, plan_folder, rehearsal, simulated_drive
+from pytest_dvp.gap.manoeuvres import choice as choosing
 from pytest_dvp.gap.manoeuvres.advice import _fitted, _hypotheses, advise, between
 from pytest_dvp.gap.manoeuvres.choice import PlanError, RehearsalInputs
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, _Looked, decide
@@ -385,9 +386,9 @@ def test_a_second_manoeuvre_is_looked_at_closely_if_it_promises_nine_tenths(
     def performed(manoeuvre: Any, *rest: Any) -> Any:
         return SimpleNamespace(manoeuvre=manoeuvre, seconds=10.0, size=1.0)
 
-    monkeypatch.setattr(discrimination, "perform", performed)
+    monkeypatch.setattr(choosing, "perform", performed)
     monkeypatch.setattr(discrimination, "_screened", lambda a, d, *rest: {("a", "b"): gaps[d.manoeuvre.name]})
-    monkeypatch.setattr(discrimination, "_together", lambda asked, drive, mine: [drive])
+    monkeypatch.setattr(RehearsalInputs, "together", lambda asked, drive, truths: [drive])
     monkeypatch.setattr(discrimination, "_Looked", Look)
     hypotheses = {"drive_gain": {("drive_gain", "g"): 0.9}, "mass": {("mass", "ratio"): 1.1}}
     found = decide(MODEL, hypotheses, manoeuvres=[SimpleNamespace(name=name) for name in gaps])  # type: ignore[misc, arg-type]
@@ -447,11 +448,11 @@ def test_effects_without_values_are_made_like_the_first_in_a_gentle_drive_about_
     """It is driven once, smaller than any other manoeuvre if need be, with the first one's values."""
     driven: list[Any] = []
 
-    def gently(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any) -> Any:
+    def gently(manoeuvre: Any, model: Any, values: Any, envelope: Any, sizes: Any, effects: Any) -> Any:
         driven.append((manoeuvre, values, sizes))
         return "drive" if sizes[-1] == 0.4 else None
 
-    monkeypatch.setattr(discrimination, "perform", gently)
+    monkeypatch.setattr(choosing, "perform", gently)
     monkeypatch.setattr(RehearsalInputs, "rehearse", lambda self, drive, truth: (drive, truth))
     monkeypatch.setattr(discrimination, "closest_values", lambda town, c: {(c.name, "k"): 0.5, town[0]: town[1]})
     asked = RehearsalInputs(MODEL, {}, Envelope(), {("sure", "k"): 1.0}, ())
@@ -467,6 +468,6 @@ def test_effects_without_values_are_made_like_the_first_in_a_gentle_drive_about_
     assert [(m.name, values, sizes[:4]) for m, values, sizes in driven] == [
         (discrimination.CITY.name, {("sure", "k"): 1.0} | first, simulated_drive.SIZES)
     ]
-    monkeypatch.setattr(discrimination, "perform", lambda *asked: None)
+    monkeypatch.setattr(choosing, "perform", lambda *asked: None)
     with pytest.raises(PlanError, match="not even a gentle drive keeps within the envelope; widen it"):
         discrimination._complete(asked, wanted, {"a": {}, "b": {}, "c": {}, "d": {}})

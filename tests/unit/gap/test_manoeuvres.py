@@ -7,6 +7,7 @@ import dataclasses
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,8 +20,9 @@ from pytest_dvp.gap.manoeuvres.discrimination import Evidence, decide
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
 from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
 from pytest_dvp.gap.manoeuvres.limit_violations import violations
-from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, columns, perform
+from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, columns, drive, perform, responder
 from vehicle.model.car import make_car
+from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import Inputs, VehicleModel
 
 MODEL = VehicleModel(
@@ -142,6 +144,30 @@ def test_what_nobody_could_see_is_called_weak() -> None:
 def test_a_limit_is_shown_by_what_reaches_it() -> None:
     (found,) = excite(MODEL, ["power_limit"], manoeuvres=chosen(["full_throttle", "brake_ramps"]))
     assert found.manoeuvre.name == "full_throttle"
+
+
+@pytest.mark.parametrize(("effect", "manoeuvre"), [("drive_gain", "full_throttle"), ("brake_gain", "brake_steps")])
+def test_a_drive_that_shows_an_effect_keeps_within_the_limits_with_it(effect: str, manoeuvre: str) -> None:
+    """A car that accelerates or brakes by 14 % more than the pedals say, at limits that the pedals reach."""
+    (found,) = excite(MODEL, [effect], manoeuvres=chosen([manoeuvre]))
+    stronger = MODEL.with_effect(effect, {"g": 1.14})
+    driven = drive(found.manoeuvre, MODEL.car, responder(stronger), Envelope(), found.drive.size)
+    assert violations(driven.t, driven.motion, driven.wishes[:, 1], Envelope(), driven.area, MODEL.car) == ()
+
+
+def test_an_effect_of_the_users_own_can_be_asked_about() -> None:
+    def soft(x: Any, p: Any, m: Any) -> None:
+        x.steer *= 1.0 - p.c
+
+    own = Effect(
+        name="soft_steer", slot="command", physics="", equation="", source="", reveals="", function=soft,
+        parameters=(Key("c", "-", 0.0, 0.5, neutral=0.0, least=0.01),),
+    )  # fmt: skip
+    drives = chosen(["step_steer", "slow_ramp"])
+    known: dict[str, Values] = {"soft_steer": {}, "steer_lag": {}}
+    assert decide(MODEL, known, effects=(own,), manoeuvres=drives).gap > 0.15
+    (found,) = excite(MODEL, ["soft_steer"], effects=(own,), manoeuvres=drives)
+    assert found.effects == ("soft_steer",)
 
 
 def test_one_drive_for_what_one_drive_shows() -> None:

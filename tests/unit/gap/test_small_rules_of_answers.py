@@ -150,14 +150,13 @@ def test_about_town_it_is_driven_with_the_first_effect_whatever_the_others_have(
 ) -> None:
     with_values: list[Any] = []
     monkeypatch.setattr(discrimination, "typical", lambda coordinates, points: {("a", "k"): 2.0})
-    monkeypatch.setattr(discrimination, "perform", lambda *asked: "drive")
     monkeypatch.setattr(discrimination, "closest_values", lambda town, candidate: {("c", "k"): 0.5})
 
     def rehearse(drive: Any, values: Any) -> str:
         with_values.append(values)
         return "town"
 
-    asked: Any = SimpleNamespace(model=None, shared={}, envelope=None, rehearse=rehearse)
+    asked: Any = SimpleNamespace(model=None, shared={}, envelope=None, rehearse=rehearse, perform=lambda *a: "drive")
     wanted: Any = [SimpleNamespace(name=name, coordinates=(), points=()) for name in "abc"]
     discrimination._complete(asked, wanted, {"a": {}, "b": {("b", "k"): 9.0}, "c": {}})
     assert with_values == [{("a", "k"): 2.0}]
