@@ -45,7 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--excite", metavar="A,B", help="show these effects, if the car has them")
     parser.add_argument("--drive", metavar="A,B", help="write these manoeuvres, such as step_steer, whatever they show")
     parser.add_argument(
-        "--held-out", action="append", default=[], metavar="LOG", help="log that judges the diagnosis, as in diagnose"
+        "--held-out",
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="log that judges the diagnosis, as in diagnose; not with --between, --excite and --drive",
     )
     parser.add_argument("--out", default="plan", metavar="FOLDER", help="folder of the files; default: ./plan")
     parser.add_argument(
@@ -60,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print and write the manoeuvre to drive next. Returns 0.
 
-    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, or `--out` is empty.
+    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, `--out` is empty, or held-out logs
+    are given where nothing is diagnosed.
     """
     for text in [*arguments.logs, *arguments.held_out]:
         existing_log(text)
@@ -70,6 +75,9 @@ def execute(arguments: argparse.Namespace) -> int:
         raise WrongArgument(
             "dvp plan: nothing to plan for: name logs, --between A,B, --excite A or --drive A (dvp plan --help)"
         )
+    asked = next((option for option in ("between", "excite", "drive") if getattr(arguments, option) is not None), "")
+    if arguments.held_out and asked:
+        raise WrongArgument(f"--held-out: judges a diagnosis, and with --{asked} there is none: leave it out")
     for option in ("between", "excite", "only", "drive"):
         if getattr(arguments, option) is not None and not _names(getattr(arguments, option)):
             raise WrongArgument(f"--{option}: no name in it")
@@ -188,7 +196,7 @@ def _page(arguments: argparse.Namespace, found: Diagnosis | None, choices: tuple
             files,
             arguments.model,
             arguments.logs,
-            forwarded_options(arguments),
+            [*(word for log in arguments.held_out for word in ("--held-out", log)), *forwarded_options(arguments)],
         )
         for choice, files in zip(choices, written, strict=True)
     ]

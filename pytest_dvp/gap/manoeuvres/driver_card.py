@@ -24,7 +24,7 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
          model_file: str = "MODEL.toml", logs: Sequence[str] = (), options: Sequence[str] = ()) -> str:  # fmt: skip
     """The card as text for a terminal or a printer. `files`: what was written, by kind.
 
-    model_file, logs and options: as the user gave them, for the commands that come next.
+    model_file, logs and options (each with its value): as the user gave them, for the commands that come next.
     """
     m, d = choice.manoeuvre, choice.drive
     source = f" ({m.source})" if m.source else ""
@@ -53,8 +53,11 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
     lines += [f"  {kind:8s} {path}" for kind, path in files.items()]
     if files:
         seconds = math.ceil(d.seconds / 10.0) * 10 + 10
-        run = f"dvp run {files['scenario']} --ads {files['robot']}:Robot --model {shlex.quote(model_file)}"
-        lines.append(f"  rehearse {run} --duration {seconds}")
+        own = [
+            word for pair in zip(options[::2], options[1::2], strict=True) if pair[0] == "--effects" for word in pair
+        ]
+        run = ["dvp", "run", files["scenario"], "--ads", f"{files['robot']}:Robot", "--model", model_file, *own]
+        lines.append(f"  rehearse {shlex.join([*run, '--duration', str(seconds)])}")
     given = shlex.join(logs) if logs else "LOG..."
     lines.append(f"  then     dvp diagnose {given} {shlex.join([f'{m.name}.csv', '--model', model_file, *options])}")
     return "\n".join(lines)

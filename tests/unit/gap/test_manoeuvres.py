@@ -6,7 +6,9 @@ import csv
 import dataclasses
 import json
 import math
+import shlex
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -281,3 +283,47 @@ def test_manoeuvres_are_written_by_name(planned: Path, capsys: pytest.CaptureFix
     assert counts.max() > 0.8 * counts.sum()
     assert main([*model, "--drive", "circle_left"]) == 2
     assert "did you mean 'circles_left'" in capsys.readouterr().err
+
+
+def test_printed_commands_run_as_they_stand(
+    planned: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a folder with a space in its name, with the logs that judge, and the effects of the user's own."""
+    from pytest_dvp.cli import plan
+    from pytest_dvp.gap.manoeuvres.advice import Advice
+    from pytest_dvp.gap.manoeuvres.choice import as_named
+
+    choices = as_named(chosen(["step_steer"]), MODEL, Envelope())
+    found = SimpleNamespace(noise_floor=None, verdict="NOT_EXCITED", effects=())
+    for name in ("read_all", "refuse_same_drive", "check_command_columns", "existing_log"):
+        monkeypatch.setattr(plan, name, lambda *_: {})
+    monkeypatch.setattr(plan, "select_parts", lambda *_: SimpleNamespace(logs={}, said=""))
+    monkeypatch.setattr("pytest_dvp.gap.diagnose.diagnose.diagnose", lambda *_, **__: found)
+    monkeypatch.setattr("pytest_dvp.gap.manoeuvres.advice.advise", lambda *_, **__: Advice({}, choices, ()))
+    own = planned / "own.py"
+    own.write_text(
+        "from vehicle.model.effect import Key, effect\n"
+        '@effect(name="mine", slot="command", physics="", equation="", source="", reveals="",\n'
+        '        parameters=(Key("c", "-", 0.0, 1.0, neutral=0.0, least=0.1),))\n'
+        "def mine(x, p, m):\n    x.steer += p.c\n"
+    )
+    model, out = str(planned / "car.toml"), planned / "my plan"
+    asked = ["plan", "a.csv", "--held-out", "b c.csv", "--model", model, "--effects", str(own), "--out", str(out)]
+    assert main(asked) == 0
+    lines = {line[2:10].strip(): line[11:] for line in capsys.readouterr().out.splitlines()}
+    scenario, robot = out / "step_steer.xosc", out / "step_steer_robot.py"
+    run = ["dvp", "run", str(scenario), "--ads", f"{robot}:Robot", "--model", model, "--effects", str(own)]
+    assert shlex.split(lines["rehearse"])[:-1] == [*run, "--duration"]
+    then = ["dvp", "diagnose", "a.csv", "step_steer.csv", "--model", model, "--held-out", "b c.csv"]
+    assert shlex.split(lines["then"]) == [*then, "--effects", str(own)]
+
+
+@pytest.mark.parametrize("option", ["--between", "--excite", "--drive"])
+def test_logs_that_judge_a_diagnosis_are_refused_where_there_is_none(
+    planned: Path, option: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    judge = planned / "judge.csv"
+    judge.write_text("t [s],v [m/s]\n0,1\n")
+    asked = ["--model", str(planned / "car.toml"), "--held-out", str(judge), "--out", str(planned / "none")]
+    assert main(["plan", option, "steer_lag,steer_delay", *asked]) == 2
+    assert f"--held-out: judges a diagnosis, and with {option} there is none" in capsys.readouterr().err
