@@ -52,11 +52,11 @@ PLAIN: tuple[Row, ...] = (
     ("aero_drag", {"k": 0.001}, {"drag": 7.0, "mass_ref": 1000.0, "vx": -10.0}, {"drag": 107.0}),
     ("cornering_drag", {"c": 0.1}, {"resistance": 1.0, "mass": 1000.0, "vx": 10.0, "curvature": -0.02},
      {"resistance": 201.0}),
-    ("headwind", {"k": 0.001, "speed": 5.0, "heading": math.inf}, {"drag": 0.0, "mass": 1000.0, "vx": 10.0, "yaw": 1.0},
-     {"drag": -125.0}),
-    ("headwind", {"k": 0.001, "speed": 5.0, "heading": 0.0}, {"drag": 0.0, "mass": 1000.0, "vx": 10.0, "yaw": math.pi},
-     {"drag": 75.0}),  # from behind: 5 m/s of air instead of 10
-    ("headwind", {"k": 0.001, "speed": 5.0, "heading": 1.0}, {"drag": 0.0, "mass": 1000.0, "vx": -2.0, "yaw": 1.0},
+    ("headwind", {"k": 0.001, "speed": 5.0, "heading": math.inf}, {"drag": 0.0, "mass_ref": 1000.0, "vx": 10.0,
+                                                              "yaw": 1.0}, {"drag": -125.0}),
+    ("headwind", {"k": 0.001, "speed": 5.0, "heading": 0.0}, {"drag": 0.0, "mass_ref": 1000.0, "vx": 10.0,
+                                                            "yaw": math.pi}, {"drag": 75.0}),  # from behind
+    ("headwind", {"k": 0.001, "speed": 5.0, "heading": 1.0}, {"drag": 0.0, "mass_ref": 1000.0, "vx": -2.0, "yaw": 1.0},
      {"drag": -13.0}),
     ("road_grade", {"slope": 0.1, "heading": 1.0}, {"grade": 0.2, "yaw": 1.0 + math.pi / 3.0}, {"grade": 0.25}),
     ("road_bank", {"slope": 0.1, "heading": 1.0}, {"bank": 0.2, "yaw": 1.0 - math.pi / 3.0}, {"bank": 0.25}),

@@ -61,4 +61,4 @@ from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
 def headwind(x: Bus, p: Any, m: Any) -> None:
     ahead = p.speed if p.heading == inf else p.speed * cos(x.yaw - p.heading)
     air = x.vx + ahead
-    x.drag -= p.k * x.mass * (air * abs(air) - x.vx * abs(x.vx))
+    x.drag -= p.k * x.mass_ref * (air * abs(air) - x.vx * abs(x.vx))
