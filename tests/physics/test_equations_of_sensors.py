@@ -39,11 +39,18 @@ def test_gains_are_multiplied() -> None:
 
 
 def test_wheels_slip_with_the_force() -> None:
-    """3000 N of 1500 kg: 2 m/s^2; braked wheels are slower, driven ones faster."""
-    assert applied(wheel_slip, bus(meas_v=10.0, brake=3000.0), c_brake=0.01, c_drive=0.03).meas_v == pytest.approx(9.8)
-    assert applied(wheel_slip, bus(meas_v=10.0, traction=3000.0), c_brake=0.01, c_drive=0.03).meas_v == pytest.approx(
-        10.6
-    )
+    """3000 N of 1500 kg: 2 m/s^2; braked wheels are slower, driven ones faster, forward: while the car rolls back, they
+    turn back less."""
+    assert applied(
+        wheel_slip, bus(vx=10.0, meas_v=10.0, brake=3000.0), c_brake=0.01, c_drive=0.03
+    ).meas_v == pytest.approx(9.8)
+    assert applied(
+        wheel_slip, bus(vx=10.0, meas_v=10.0, traction=3000.0), c_brake=0.01, c_drive=0.03
+    ).meas_v == pytest.approx(10.6)
+    back = bus(vx=-2.0, meas_v=-2.0, traction=3000.0)
+    assert applied(wheel_slip, back, c_brake=0.01, c_drive=0.03).meas_v == pytest.approx(-1.88)
+    back = bus(vx=-2.0, meas_v=-2.0, brake=3000.0)
+    assert applied(wheel_slip, back, c_brake=0.01, c_drive=0.03).meas_v == pytest.approx(-1.96)
 
 
 def test_an_antenna_beside_the_axle_turns_with_the_car() -> None:

@@ -65,7 +65,9 @@ PLAIN: tuple[Row, ...] = (
     ("imu_misalignment", {"angle": HALF_PI}, {"meas_ax": 2.0, "meas_ay": 3.0}, {"meas_ax": 3.0, "meas_ay": -2.0}),
     ("front_wheel_speed", {"share": 0.5}, {"meas_v": 1.0, "vx": 10.0, "vy_rear": 0.5, "wheelbase": 2.5,
                                            "meas_yaw_rate": 0.4, "steer": HALF_PI}, {"meas_v": -3.25}),  # 1.5 instead
-    ("wheel_slip", {"c_drive": 0.01, "c_brake": 0.02}, {"meas_v": 10.0, "traction": 2000.0, "brake": 500.0,
+    ("wheel_slip", {"c_drive": 0.01, "c_brake": 0.02}, {"meas_v": -10.0, "vx": -10.0, "traction": 2000.0,
+                                                         "brake": 500.0, "mass_ref": 1000.0}, {"meas_v": -9.7}),
+    ("wheel_slip", {"c_drive": 0.01, "c_brake": 0.02}, {"meas_v": 10.0, "vx": 10.0, "traction": 2000.0, "brake": 500.0,
                                                          "mass_ref": 1000.0}, {"meas_v": 10.1}),
     # inertias
     ("gear_inertia", {"share": 0.2, "v1": 10.0}, {"rotating_mass": 1.0, "mass": 1000.0, "vx": 10.0},

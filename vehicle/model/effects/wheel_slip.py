@@ -13,7 +13,7 @@ from vehicle.model.shown_by import ACCELERATES, BRAKES, DRIVES_5_S, ShownBy
     name="wheel_slip",
     slot="sensor",
     physics="a wheel that brakes turns slower, and one that drives turns faster, than the car moves over ground",
-    equation="v_measured = v (1 - c_brake b + c_drive a), b and a: braking and driving force over mass",
+    equation="v_measured = v (1 - c_brake b + c_drive a), b and a: braking and driving force over mass (back: -a)",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., sec. 1.2 (linear longitudinal slip stiffness)",
     parameters=(
         Key(
@@ -30,4 +30,5 @@ from vehicle.model.shown_by import ACCELERATES, BRAKES, DRIVES_5_S, ShownBy
     shown_by=ShownBy(411, (("v",), ("x", "ax")), (DRIVES_5_S, BRAKES), usual=(ACCELERATES,)),
 )  # fmt: skip
 def wheel_slip(x: Bus, p: Any, m: Any) -> None:
-    x.meas_v *= 1.0 + (p.c_drive * x.traction - p.c_brake * x.brake) / x.mass_ref
+    along = x.traction if x.vx >= 0.0 else -x.traction  # drives the car on, or against its rolling back
+    x.meas_v *= 1.0 + (p.c_drive * along - p.c_brake * x.brake) / x.mass_ref
