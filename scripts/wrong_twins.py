@@ -42,7 +42,9 @@ class Fault:
         before = self.neutral if before is None else before
         value = before * size if self.how == "times" else before + size
         if self.effect == "car":
-            return right.with_car({self.key: value})
+            return right.with_car(
+                {**right.car.values(), self.key: value}
+            )  # all else as it is, what follows from it too
         lowest = 0.0 if find_effect(self.effect).name in _NOT_BELOW_ZERO else -np.inf
         return right.with_effect(self.effect, {self.key: max(value, lowest)})
 

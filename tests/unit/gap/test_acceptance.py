@@ -207,7 +207,9 @@ def test_what_stands_at_the_end_of_the_search_and_what_was_assumed_is_told() -> 
 def test_effects_are_fitted_one_after_another_from_where_each_takes_most() -> None:
     world = World({DRIVE: 200.0 * direction(0), BRAKE: 300.0 * direction(1)}, {DRIVE: 0.8, BRAKE: 0.9})
     search = a_search(world, "drive_gain", "brake_gain")
-    found = _fitted(search, {DRIVE: 0.95, ("parameters", "ay_x"): 0.3}, [], tried("drive_gain", "brake_gain"))
+    found = _fitted(
+        search, {DRIVE: 0.95, ("parameters", "ay_x"): 0.3}, [], tried("drive_gain", "brake_gain"), together=False
+    )
     assert found.names == ("drive_gain", "brake_gain")
     assert found.values[DRIVE] == pytest.approx(0.8, abs=1e-3)
     assert found.values[BRAKE] == pytest.approx(0.9, abs=1e-3)

@@ -123,7 +123,7 @@ def test_a_misspelt_path_is_told_with_the_nearest_and_where_it_was_looked_for(
 def test_a_misspelt_file_of_an_option_is_told_with_the_nearest(
     below: Callable[[str], Path], here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    below("x.xosc").with_name("strict.gates.toml").write_text("")
+    below("x.xosc").with_name("strict.gates.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
     assert main(["run", "x.xosc", "--gates", "strct.gates.toml"]) == 2
     assert capsys.readouterr().err.endswith(f"; looked in {here}; did you mean 'strict.gates.toml'?\n")
 
