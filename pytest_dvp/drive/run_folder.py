@@ -21,8 +21,9 @@ import msgspec
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.unfinished_run import LOG, PART
-from pytest_dvp.metrics import MetricValue, compute, known_metrics
+from pytest_dvp.metrics import MetricValue, known_metrics
 from pytest_dvp.metrics.metric import REQUIRED
+from pytest_dvp.metrics.registry import measured
 from pytest_dvp.text.paths import shown
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.verdicts.judging import Verdict, overall
@@ -132,7 +133,7 @@ def save_run(
 def measure(log: Log) -> dict[str, MetricValue]:
     """All metrics of one log that need no option, with their defaults, by name, for tables and pictures."""
     return {
-        name: compute(name, log)
+        name: measured(name, log)
         for name, chosen in known_metrics().items()
         if chosen.logs == 1 and REQUIRED not in chosen.options.values()
     }

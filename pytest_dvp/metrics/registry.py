@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import difflib
 import functools
 import importlib
 import math
 import pkgutil
+import traceback
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import entry_points
+from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
@@ -18,7 +22,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.obeyed_commands import divergence_time
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import REQUIRED, Metric, MetricError, MetricValue
+from pytest_dvp.metrics.metric import REQUIRED, Measured, Metric, MetricError, MetricValue
 
 ENTRY_POINTS = "pytest_dvp.metrics"
 
@@ -92,11 +96,43 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
+@contextlib.contextmanager
+def _unwritable(logs: Iterable[Log]) -> Iterator[None]:
+    """What was recorded stays as it was recorded, whatever a metric does with it."""
+    arrays = [array for log in logs for array in _arrays(log) if array.flags.writeable]
+    for array in arrays:
+        array.setflags(write=False)
+    try:
+        yield
+    finally:
+        for array in (*arrays, *arrays):  # one that looks at another one's numbers can be written only after that one
+            with contextlib.suppress(ValueError):
+                array.setflags(write=True)
+
+
+def _arrays(log: Log) -> list[np.ndarray[Any, Any]]:
+    tables: tuple[Any, ...] = (*log.objects.values(), log.detections)
+    of_tables = (getattr(table, field.name) for table in tables for field in dataclasses.fields(table))
+    held = (*log.columns.values(), log.reference, *of_tables)
+    return [value for value in held if isinstance(value, np.ndarray)]
+
+
+def measured(name: str, log: Log) -> MetricValue:
+    """A metric of one log with its defaults; one that breaks, perhaps a user's, is not valid and says where."""
+    try:
+        return compute(name, log)
+    except Exception as error:  # it must not cost the run and all other metrics
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        why = f"the metric broke: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
+        return MetricValue(name, None, find_metric(name).unit, None, "", False, why, None, {}, "")
+
+
 def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> MetricValue:
     """Evaluate a metric of one log, or of two: `log` is then the model's and `other` the measured one.
 
-    Undefined metrics are not valid and say why; a value that is not finite never is. Raises MetricError for an unknown
-    name or option.
+    Undefined metrics are not valid and say why; a value that is not finite never is. While it is evaluated, no column,
+    track or detection of a log can be written. Raises MetricError for an unknown name or option, or for a metric that
+    gives no Measured, and what the metric raises.
     """
     chosen = find_metric(name)
     check_options(chosen, options)
@@ -114,10 +150,12 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     if not chosen.open_loop and apart is not None:
         return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:
-        with np.errstate(all="ignore"):  # numbers of an absurd log may overflow: what is not finite is not valid
+        with np.errstate(all="ignore"), _unwritable(logs):  # an absurd log may overflow: not finite is not valid
             result = chosen(*logs, **options)
     except (Undefined, LogError) as error:
         return invalid(str(error).removeprefix("log: "))
+    if not isinstance(result, Measured):
+        raise MetricError(f"metric {name!r} gave {type(result).__name__}, expected Measured")
     value = float(result.value)
     if not math.isfinite(value):
         return invalid(f"the value is {value}")

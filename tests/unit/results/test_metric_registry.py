@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from results_logs import drive_straight, log_of
 
+from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import Measured, MetricError, compute, find_metric, known_metrics, metric, registry
 from pytest_dvp.metrics.metric import Metric
 
@@ -125,3 +127,47 @@ def _declare(folder: Path, module: str) -> None:
 def _know(monkeypatch: pytest.MonkeyPatch, *more: Metric) -> None:
     table = {**known_metrics(), **{one.name: one for one in more}}
     monkeypatch.setattr(registry, "known_metrics", lambda: table)
+
+
+def _held(log: Log) -> Measured:
+    return Measured(float(log["v"].max()))
+
+
+def _writes(log: Log) -> Measured:
+    log["v"][:] = 0.0
+    return _held(log)
+
+
+def _breaks(log: Log) -> Measured:
+    raise IndexError("boom")
+
+
+def _gives_a_number(log: Log) -> Measured:
+    return 3.0  # type: ignore[return-value]
+
+
+@pytest.fixture
+def further(monkeypatch: pytest.MonkeyPatch) -> None:
+    mine = {
+        name: metric(name=name, unit="m/s", bigger_is_worse=True)(function)
+        for name, function in (("writes", _writes), ("breaks", _breaks), ("number", _gives_a_number), ("held", _held))
+    }
+    monkeypatch.setattr(registry, "known_metrics", lambda: mine)
+
+
+def test_a_metric_cannot_change_what_was_recorded(further: None) -> None:
+    """It once wrote into the log, which then passed other gates and was written so."""
+    log = drive_straight(5.0)
+    with pytest.raises(ValueError, match="read-only"):
+        compute("writes", log)
+    assert compute("held", log).value == pytest.approx(5.0)
+    log["v"][0] = 4.0  # whoever records may still write
+
+
+def test_a_metric_that_breaks_costs_neither_the_run_nor_other_metrics(further: None) -> None:
+    log = drive_straight(5.0)
+    broken = registry.measured("breaks", log)
+    assert not broken.valid
+    assert re.fullmatch(r"the metric broke: IndexError: boom \(test_metric_registry\.py:\d+\)", broken.reason)
+    assert "metric 'number' gave float, expected Measured" in registry.measured("number", log).reason
+    assert registry.measured("held", log).valid
