@@ -15,6 +15,7 @@ import pytest
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.plugin.fixtures import GateFailed
 from pytest_dvp.plugin.item_notes import settings_of
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.paths import shown
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 NAME = "campaign"
 TOLD = "dvp_campaign"
 """Property of a report, one line: what the campaign found."""
+_PREFIX = "--dvp-campaign-"  # of the options in messages
 EVERY = 5.0  # s between lines of progress, which pass pytest's capture
 
 
@@ -37,12 +39,30 @@ def campaign_of(path: Path) -> Callable[[pytest.FixtureRequest], None]:
     return drive
 
 
+def check_options(settings: RunSpec) -> None:
+    """Raises SettingError for a wrong value, and for an option that was typed, or is in the environment, and would do
+    nothing: without `--dvp-campaign` those of a campaign, with it `--dvp-cases`. A line of an ini file is of every
+    session, and may wait for those that it concerns.
+    """
+    plan = _plan(settings)
+    (plan if settings.campaign else dataclasses.replace(plan, shard=(1, 1))).checked(_PREFIX)
+    without_effect = {"cases": "chooses among cases that are driven one by one: leave out --dvp-campaign"}
+    if not settings.campaign:
+        without_effect = {
+            "shard": "divides a campaign: add --dvp-campaign",
+            "campaign_runs": "is the size of a campaign: add --dvp-campaign",
+            "campaign_method": "chooses the drives of a campaign: add --dvp-campaign",
+        }
+    for key, why in without_effect.items():
+        if settings.origins.get(key, "ini").startswith(("--", "environment")):
+            raise SettingError(f"{settings.origin(key)} {why}")
+
+
 def nothing_varies(path: Path, settings: RunSpec) -> str:
     """Why a file can have no campaign; "" if it can. Raises ScenarioError and SettingError for what is wrong."""
     from pytest_dvp.campaigns.constraint_range import FuzzError
     from pytest_dvp.campaigns.parameter_space import space_of
 
-    _plan(settings)
     try:
         space_of(path, settings)
     except FuzzError as error:
@@ -58,7 +78,7 @@ def _drive(path: Path, settings: RunSpec, request: pytest.FixtureRequest) -> Non
     from pytest_dvp.campaigns.store import SHRINKING, Store
 
     __tracebackhide__ = True
-    plan = _plan(settings)
+    plan = _plan(settings).checked(_PREFIX)
     part, parts = plan.shard
     folder = settings.runs_folder / f"campaign-{path.stem}{'' if parts == 1 else f'-{part}-of-{parts}'}"
     # In a worker of xdist the other cores have work already.
@@ -81,11 +101,11 @@ def _drive(path: Path, settings: RunSpec, request: pytest.FixtureRequest) -> Non
 
 
 def _plan(settings: RunSpec) -> Plan:
-    """What the options ask for. Raises SettingError."""
+    """What the options ask for. Raises SettingError for a wrong part; `checked` looks at the rest."""
     from pytest_dvp.campaigns.plan import Plan, shard_of
 
     shard = shard_of(settings.shard, settings.origin("shard"))
-    return Plan(settings.campaign_method, settings.campaign_runs, shard=shard).checked("--dvp-campaign-")
+    return Plan(settings.campaign_method, settings.campaign_runs, shard=shard)
 
 
 def _progress(request: pytest.FixtureRequest) -> Callable[[str], None]:

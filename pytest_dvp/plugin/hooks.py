@@ -327,6 +327,10 @@ def _settings(config: pytest.Config) -> RunSpec:
             ],
             config.rootpath,
         )
+        if found.campaign or {"shard", "campaign_runs", "campaign_method"} & found.origins.keys():
+            from pytest_dvp.plugin.campaign_item import check_options
+
+            check_options(found)
         if found.set.P or found.set.S:
             from pytest_dvp.drive import parameter_checks
             from pytest_dvp.drive.stack_host import find_ads

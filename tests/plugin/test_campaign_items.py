@@ -53,6 +53,7 @@ def test_a_drive_that_fails_fails_the_item_with_a_reproducer(project: pytest.Pyt
     assert "Traceback" not in result.stdout.str()
 
 
+@pytest.mark.parametrize("words", [("--dvp-campaign",), ()])
 @pytest.mark.parametrize(
     ("more", "said"),
     [
@@ -60,7 +61,38 @@ def test_a_drive_that_fails_fails_the_item_with_a_reproducer(project: pytest.Pyt
         (["--dvp-shard", "3/2"], "*--dvp-shard: found '3/2', expected a part between 1 and 2*"),
     ],
 )
-def test_a_wrong_option_is_one_line(project: pytest.Pytester, more: list[str], said: str) -> None:
-    result = project.runpytest_inprocess(*WORDS, *more)
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines([said])
+def test_a_wrong_option_is_one_line(
+    project: pytest.Pytester, words: tuple[str, ...], more: list[str], said: str
+) -> None:
+    result = project.runpytest_inprocess("good.xosc", *words, *more)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([said])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--dvp-shard", "1/4"], "*--dvp-shard divides a campaign: add --dvp-campaign"),
+        (["--dvp-campaign-runs", "9"], "*--dvp-campaign-runs is the size of a campaign: add --dvp-campaign"),
+        (["--dvp-campaign-method", "grid"], "*--dvp-campaign-method chooses * of a campaign: add --dvp-campaign"),
+        (["--dvp-campaign", "--dvp-cases", "3"], "*--dvp-cases chooses among cases * leave out --dvp-campaign"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_one_line(project: pytest.Pytester, words: list[str], said: str) -> None:
+    """Four jobs with a part each, and without --dvp-campaign, would drive everything four times."""
+    result = project.runpytest_inprocess("good.xosc", *words)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([said])
+
+
+def test_so_is_a_variable_and_a_line_of_the_ini_file_waits(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    project.makeini("[pytest]\ndvp_shard = 1/4\ndvp_campaign_runs = 9\ndvp_campaign_method = rare\ndvp_cases = 3")
+    project.runpytest_inprocess("good.xosc::dt").assert_outcomes(passed=1)
+    result = project.runpytest_inprocess("good.xosc", "--dvp-campaign", "--dvp-campaign-method", "grid", "--co")
+    result.stdout.fnmatch_lines(["*ScenarioItem campaign*"])
+    monkeypatch.setenv("DVP_SHARD", "2/4")
+    result = project.runpytest_inprocess("good.xosc")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*environment DVP_SHARD divides a campaign: add --dvp-campaign"])
