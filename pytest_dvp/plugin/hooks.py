@@ -327,6 +327,7 @@ def _settings(config: pytest.Config) -> RunSpec:
             ],
             config.rootpath,
         )
+        _check_runs_folder(found)
         if found.campaign or {"shard", "campaign_runs", "campaign_method"} & found.origins.keys():
             from pytest_dvp.plugin.campaign_item import check_options
 
@@ -350,6 +351,16 @@ def _settings(config: pytest.Config) -> RunSpec:
         if hidden is None:
             raise
         raise pytest.UsageError(hidden) from None
+
+
+def _check_runs_folder(settings: RunSpec) -> None:
+    """Raises SettingError if the runs folder, which is not collected, holds a folder of scenarios."""
+    runs = settings.runs_folder.resolve()
+    for folder in settings.scenarios:
+        if folder.resolve().is_relative_to(runs):
+            place = f"{settings.origins.get('runs', 'runs folder')} {settings.runs_folder}"
+            hidden = f"{settings.origin('scenarios')} {folder} is in it"
+            raise SettingError(f"{place}: nothing in it is collected, and {hidden}; name another folder for the runs")
 
 
 def _ini_names(config: pytest.Config) -> list[str]:

@@ -56,6 +56,19 @@ def test_folders_of_the_ini_file_are_collected(pytester: pytest.Pytester) -> Non
     assert [line for line in result.outlines if "::dt" in line] == ["scenarios/good.xosc::dt"]
 
 
+@pytest.mark.parametrize(
+    ("scenarios", "runs"), [("scenarios", "scenarios"), ("drives/scenarios", "drives"), ("runs/scenarios", None)]
+)
+def test_a_runs_folder_that_hides_the_scenarios_is_one_line(
+    pytester: pytest.Pytester, scenarios: str, runs: str | None
+) -> None:
+    write_scenario(pytester.path / scenarios)
+    pytester.makeini(f"[pytest]\ndvp_scenarios = {scenarios}\n" + (f"dvp_runs = {runs}" if runs else ""))
+    result = pytester.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*runs *{runs or 'runs'}: *, and ini dvp_scenarios *{scenarios} is in it; *"])
+
+
 def test_testpaths_do_not_count_as_named_by_the_user(pytester: pytest.Pytester) -> None:
     write_scenario(pytester.path / "tests")
     pytester.makeini("[pytest]\ntestpaths = tests")
