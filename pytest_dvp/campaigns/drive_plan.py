@@ -12,6 +12,7 @@ from pytest_dvp.campaigns.sampling import SAMPLES, sample
 from pytest_dvp.campaigns.store import EXCLUDED, SHRINKING, Row, Store
 from pytest_dvp.campaigns.summary import CURRENT
 from pytest_dvp.drive.run_spec import RunSpec
+from pytest_dvp.text.paths import told_apart
 
 Tell = Callable[[str], None]
 
@@ -116,12 +117,14 @@ def _map(campaigns: Sequence[Campaign], folder: Path, say: Tell) -> None:
     from pytest_dvp.campaigns.space_coverage import coverage
     from reports.campaign import write_campaign_page
 
+    files = [campaign.space.file for campaign in campaigns]
     pages = []
     for campaign in campaigns:
         rows = [row for row in campaign.store.rows([campaign.base]) if row.purpose != SHRINKING]
         tried = coverage(campaign.space, rows)
         campaign.store.tell(f"coverage {campaign.base}", None if tried is None else tried.as_dict())
-        found = reproducers(campaign, rows)
+        name = told_apart(campaign.space.file, files, campaign.settings.rootdir)
+        found = reproducers(campaign, rows, name)
         for each in found:
             say(f"{each.sentence()}\n  replay: {each.command}")
         probability = campaign.store.told(f"probability {campaign.base}")

@@ -51,9 +51,10 @@ class Reproducer:
         }  # fmt: skip
 
 
-def reproducers(campaign: Campaign, rows: Sequence[Row]) -> list[Reproducer]:
+def reproducers(campaign: Campaign, rows: Sequence[Row], name: str) -> list[Reproducer]:
     """A reproducer of each cluster among the failures of a campaign, written into its folder; the drives that this
     takes are rows of the store as well, so that the same again drives nothing.
+    name: what the names of the files begin with.
 
     Raises WriteError if a file cannot be written.
     """
@@ -63,13 +64,13 @@ def reproducers(campaign: Campaign, rows: Sequence[Row]) -> list[Reproducer]:
             clusters.setdefault(cluster_name(row), []).append(row)
     ranked = sorted(clusters.items(), key=lambda item: (-len(item[1]), item[0]))[:MOST]
     found = []
-    for name, failures in ranked:
+    for cluster, failures in ranked:
         start = min(failures, key=lambda row: (_changes(campaign, row), row.key))
         row = smallest(campaign, start)
         changed = changed_values(campaign, row)
-        target = campaign.store.folder / FOLDER / f"{campaign.space.file.stem}-{_slug(name)}.xosc"
+        target = campaign.store.folder / FOLDER / f"{name}-{_slug(cluster)}.xosc"
         command = _write(campaign, row.parameters, target)
-        found.append(Reproducer(name, len(failures), row, changed, campaign.space.nominal, target, command))
+        found.append(Reproducer(cluster, len(failures), row, changed, campaign.space.nominal, target, command))
     return found
 
 

@@ -16,7 +16,7 @@ from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.plugin.fixtures import GateFailed
 from pytest_dvp.plugin.item_notes import settings_of
 from pytest_dvp.text.errors import SettingError
-from pytest_dvp.text.paths import shown
+from pytest_dvp.text.paths import shown, told_apart
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.plan import Plan
@@ -80,7 +80,9 @@ def _drive(path: Path, settings: RunSpec, request: pytest.FixtureRequest) -> Non
     __tracebackhide__ = True
     plan = _plan(settings).checked(_PREFIX)
     part, parts = plan.shard
-    folder = settings.runs_folder / f"campaign-{path.stem}{'' if parts == 1 else f'-{part}-of-{parts}'}"
+    every = [item.path for item in request.session.items if item.name == NAME]
+    name = told_apart(path, every, settings.rootdir)
+    folder = settings.runs_folder / f"campaign-{name}{'' if parts == 1 else f'-{part}-of-{parts}'}"
     # In a worker of xdist the other cores have work already.
     jobs = 1 if hasattr(request.config, "workerinput") else os.cpu_count() or 1
     if settings.stack_process is None and jobs > 1:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.cli.command_line import main
+from tests.plugin.conftest import write_scenario
 
 WORDS = ("good.xosc", "--dvp-campaign", "--dvp-duration", "5")
 
@@ -96,3 +97,14 @@ def test_so_is_a_variable_and_a_line_of_the_ini_file_waits(
     result = project.runpytest_inprocess("good.xosc")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["*environment DVP_SHARD divides a campaign: add --dvp-campaign"])
+
+
+def test_scenarios_of_one_name_have_a_folder_each(project: pytest.Pytester) -> None:
+    for folder in ("north", "south"):
+        write_scenario(project.path / folder)
+    write_scenario(project.path / "south", "other.xosc")
+    result = project.runpytest_inprocess("north", "south", "--dvp-campaign", "--dvp-campaign-runs", "1")
+    result.assert_outcomes(passed=3)
+    folders = {path.parent.name for path in project.path.glob("runs/*/campaign.sqlite")}
+    assert folders == {"campaign-north--good", "campaign-south--good", "campaign-other"}
+    assert all(len(keys(project.path / "runs" / folder)) == 1 for folder in folders)

@@ -15,6 +15,7 @@ from pytest_dvp.campaigns.campaign import Campaign, Progress
 from pytest_dvp.campaigns.store import SHRINKING
 from pytest_dvp.cli.command_line import main
 from scenarios import path as shipped
+from tests.plugin.conftest import write_scenario
 
 GATES = '[[gate]]\nmetric = "max_jerk"\nmax = 100\n[[gate]]\nmetric = "events_fired"\nmin = 0\n'
 
@@ -141,3 +142,14 @@ def keys_of(folder: Path) -> set[str]:
 def test_a_part_that_is_none_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str], part: str) -> None:
     assert campaign(tmp_path, f"--shard={part}") == 2
     assert capsys.readouterr().err.startswith(f"--shard: found {part!r}, expected ")
+
+
+def test_reproducers_of_scenarios_of_one_name_are_kept_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = [write_scenario(tmp_path / folder) for folder in ("north", "south")]
+    for file in files:  # no car brakes or speeds up without jerk
+        file.with_name("good.gates.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = 0.001\n')
+    words = ["campaign", *map(str, files), "--runs", "1", "--jobs", "1", "--duration", "2", "--out", "out"]
+    assert main(words) == 1
+    written = sorted(path.name for path in (tmp_path / "out" / "reproducers").iterdir())
+    assert [name.partition("-max")[0] for name in written] == ["north--good", "south--good"]

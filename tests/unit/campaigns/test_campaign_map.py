@@ -62,7 +62,7 @@ def reproducers_without_files(one: object, rows: list[Row]) -> dict[str, Mapping
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproducer, "_write", lambda campaign, values, target: "dvp run it")
-        return {each.cluster: each.changed for each in reproducers(one, rows)}  # type: ignore[arg-type]
+        return {each.cluster: each.changed for each in reproducers(one, rows, "planted")}  # type: ignore[arg-type]
 
 
 def test_the_influence_of_a_linear_objective_is_known(tmp_path: Path) -> None:
