@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from pytest_dvp.campaigns.regression_set import CASES, FOLDER, regression_set, write_regression_set
 from pytest_dvp.campaigns.store import Row, StoreError
+from pytest_dvp.text.paths import told_apart
 from reports.whole_file import write_whole
 
 KINDS = {"csv": "runs.csv", "junit": "junit.xml", "parquet": "runs.parquet", "regression": FOLDER}
@@ -28,7 +30,11 @@ def export(rows: Sequence[Row], kind: str, folder: Path, cases: int = CASES) -> 
     """
     target = folder / KINDS[kind]
     if kind == "regression":
-        return [write_regression_set(each, target) for each in _sets(rows, cases)]
+        sets = _sets(rows, cases)
+        files = [Path(each[0].scenario).resolve() for each in sets]
+        base = Path(os.path.commonpath([file.parent for file in files]))
+        names = [told_apart(file, files, base) for file in files]
+        return [write_regression_set(each, target, name) for each, name in zip(sets, names, strict=True)]
     if kind == "junit":
         data = _junit(rows)
     elif kind == "csv":

@@ -50,8 +50,9 @@ def regression_set(rows: Sequence[Row], count: int) -> list[Row]:
     return [judged[k] for k in taken]
 
 
-def write_regression_set(rows: Sequence[Row], folder: Path) -> Path:
+def write_regression_set(rows: Sequence[Row], folder: Path, name: str) -> Path:
     """Write drives of one scenario as a parameter distribution into a folder: each is a case for pytest and `dvp run`.
+    name: what the file's name begins with.
 
     The gates of the scenario judge it. Returns the file. Raises WriteError if it cannot be written.
     """
@@ -67,7 +68,7 @@ def write_regression_set(rows: Sequence[Row], folder: Path) -> Path:
     )
     many = d.DeterministicMultiParameterDistribution(d.ValueSetDistribution(sets))
     varied = d.ParameterValueDistribution(d.ScenarioFile(scenario.name, scenario), d.Deterministic((many,)))
-    target = folder / f"{scenario.stem}-regression.xosc"
+    target = folder / f"{name}-regression.xosc"
     folder.mkdir(parents=True, exist_ok=True)
     failed = sum(row.failed for row in rows)
     said = f"{len(rows)} drives of a campaign of {scenario.name}, {failed} of which failed then"

@@ -11,6 +11,7 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
+from pytest_dvp.campaigns.export import export  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.regression_set import regression_set, write_regression_set  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
@@ -62,16 +63,24 @@ def test_it_is_a_distribution_with_these_cases(tmp_path: Path) -> None:
     from openscenario.read import read_cases
 
     chosen = regression_set(rows_of(tmp_path), 12)
-    file = write_regression_set(chosen, tmp_path / "set")
+    file = write_regression_set(chosen, tmp_path / "set", "planted")
     cases = read_cases(file, rootdir=tmp_path)
     assert cases.count == 12
     assert [dict(cases[k]) for k in range(12)] == [row.parameters for row in chosen]
     assert cases.scenario is not None
     assert cases.scenario.samefile(chosen[0].scenario)
     first = file.read_bytes()
-    assert write_regression_set(chosen, tmp_path / "set").read_bytes() == first
+    assert write_regression_set(chosen, tmp_path / "set", "planted").read_bytes() == first
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_a_small_set_is_as_small_as_was_asked(tmp_path: Path, count: int) -> None:
     assert len(regression_set(rows_of(tmp_path, count=64), count)) == count
+
+
+def test_scenarios_of_one_name_have_a_set_each(tmp_path: Path) -> None:
+    rows = [row for folder in ("north", "south") for row in rows_of(tmp_path / folder, count=2)]
+    files = export(rows, "regression", tmp_path)
+    assert [file.name for file in files] == ["north--planted-regression.xosc", "south--planted-regression.xosc"]
+    for folder, file in zip(("north", "south"), files, strict=True):
+        assert f"{folder}/planted.xosc" in file.read_text()
