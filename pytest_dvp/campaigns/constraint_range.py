@@ -51,4 +51,4 @@ def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: flo
             return low, min(high, value)
         case "lessThan":
             return low, min(high, value - inside)
-    return low, high  # notEqualTo takes one point out of a range; drawing it is as good as impossible
+    return low, high  # notEqualTo takes one point out of a range; who draws from it leaves that out

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
+from pytest_dvp.campaigns.cases import excluded_by
 from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, Range, range_of
 from pytest_dvp.campaigns.variant import Value, Variant
 
@@ -87,7 +88,7 @@ def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -
 
     scenario: a path; a relative one is looked for beside the calling test, in the current folder, and among the
     scenarios that ship. only: names of the parameters to vary; default all. Values of a constrained number lie on a
-    round grid around its nominal value, which is the simplest one.
+    round grid around its nominal value, which is the simplest one. Values that exclude each other are not drawn.
 
     Raises FuzzError when drawn from: no such file, nothing to vary, a name in `only` that is not declared.
     """
@@ -97,9 +98,15 @@ def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -
     def build() -> st.SearchStrategy[Variant]:
         path = _find(Path(scenario), beside)
         strategies, nominal = _strategies(path, only)
-        return st.fixed_dictionaries(strategies).map(lambda values: _variant(path, values, nominal))
+        variants = st.fixed_dictionaries(strategies).map(lambda values: _variant(path, values, nominal))
+        return variants.filter(is_allowed) if _has_holes(path) else variants
 
     return st.deferred(build)
+
+
+def is_allowed(variant: Variant) -> bool:
+    """Whether no constraint of its scenario excludes a variant; constraints may compare parameters."""
+    return not excluded_by(variant.scenario, {name: _text(value) for name, value in variant.values.items()})
 
 
 def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) -> str:
@@ -143,6 +150,15 @@ def _write(asked: Request, target: Path) -> None:
     scenario = read_scenario(asked.path, library=asked.spec.library, rootdir=asked.rootdir, parameters=asked.parameters)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_scenario(scenario, target)
+
+
+def _has_holes(path: Path) -> bool:
+    """Whether values inside the ranges can be excluded: parameters depend on each other, or a range has a gap."""
+    from openscenario.xml import read_xml
+
+    declared = read_xml(path).root.findall("ParameterDeclarations")
+    nodes = [node for each in declared for node in each.walk()]
+    return any("$" in node.get("value") or node.get("rule") == "notEqualTo" for node in nodes)
 
 
 def _variant(path: Path, values: Mapping[str, Value], nominal: Mapping[str, Value]) -> Variant:

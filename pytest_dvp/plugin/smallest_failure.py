@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Callable
 
 from pytest_dvp.campaigns.variant import Value, Variant
-from pytest_dvp.plugin.scenario_strategy import course
+from pytest_dvp.plugin.scenario_strategy import course, is_allowed
 
 FURTHER = 60
 """Most runs spent on variants in which one parameter goes back and another one further away: two changed parameters
@@ -26,13 +26,17 @@ def smallest(variant: Variant, fails: Callable[[Variant], bool]) -> Variant:
 
     fails: whether a variant fails; the given one does. A parameter also goes back where another one, further from its
     own nominal value, fails without it; that value is then the nearest one found by halving. At most `FURTHER` runs
-    are spent on that, and as many as it takes on the rest.
+    are spent on that, and as many as it takes on the rest. What the scenario's constraints exclude is not driven.
     """
     left = [FURTHER]
+
+    def is_smaller(one: Variant) -> bool:
+        return is_allowed(one) and fails(one)
+
     while True:
-        fewer = _without_one(variant, fails)
+        fewer = _without_one(variant, is_smaller)
         if fewer is None and len(variant.values) > 1:
-            fewer = _by_another(variant, fails, left)
+            fewer = _by_another(variant, is_smaller, left)
         if fewer is None:
             return variant
         variant = fewer

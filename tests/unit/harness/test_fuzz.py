@@ -63,6 +63,26 @@ def test_nothing_outside_the_constraints_is_drawn(scenario: Write) -> None:
         shrunk(scenario(WHOLE), lambda v: not 1 <= v.values.get("count", 3) <= 8)
 
 
+def test_the_value_that_a_range_leaves_out_is_not_drawn(scenario: Write) -> None:
+    end = '<ValueConstraint rule="lessOrEqual" value="6.0"/>'
+    path = scenario((end, f'{end}<ValueConstraint rule="notEqualTo" value="2.0"/>'))
+    with pytest.raises(NoSuchExample):
+        shrunk(path, lambda v: v.values.get("ego_speed") == 2.0)
+    assert shrunk(path, lambda v: v.values.get("ego_speed") == 6.0).values == {"ego_speed": 6.0}
+
+
+def test_parameters_that_constrain_each_other_are_drawn_together(scenario: Write) -> None:
+    """Nobody else is faster than the ego, whatever its speed is in the variant."""
+    other = """<ParameterDeclaration name="other" parameterType="double" value="3"><ConstraintGroup>
+      <ValueConstraint rule="greaterOrEqual" value="1"/><ValueConstraint rule="lessOrEqual" value="$ego_speed"/>
+    </ConstraintGroup></ParameterDeclaration></ParameterDeclarations>"""
+    path = scenario(("</ParameterDeclarations>", other))
+    with pytest.raises(NoSuchExample):
+        shrunk(path, lambda v: v.values.get("other", 3.0) > v.values.get("ego_speed", 5.0))
+    slow = shrunk(path, lambda v: v.values.get("ego_speed", 5.0) < 2.5).values
+    assert slow["other"] <= slow["ego_speed"] < 2.5
+
+
 def test_whole_numbers_stay_whole(scenario: Write) -> None:
     value = shrunk(scenario(WHOLE), lambda v: v.values.get("count", 3) > 5).values["count"]
     assert (value, type(value)) == (6, int)

@@ -117,3 +117,20 @@ def test_values_stay_in_the_group_that_they_are_from(scenario: Write) -> None:
     assert smallest(Variant(path, {"count": 55, "weather": "wet"}), fails).values == {"count": 70}
     assert {type(v.values["count"]) for v in driven if "count" in v.values} == {int}
     assert all(50 <= v.values["count"] <= 90 for v in driven if "count" in v.values)
+
+
+def test_what_the_constraints_exclude_is_not_driven(scenario: Write) -> None:
+    """The ego cannot go back to 5 m/s alone: the other one, at 5.5 m/s, must not be faster."""
+    other = """<ParameterDeclaration name="other" parameterType="double" value="3"><ConstraintGroup>
+      <ValueConstraint rule="greaterOrEqual" value="1"/><ValueConstraint rule="lessOrEqual" value="6"/>
+      <ValueConstraint rule="lessOrEqual" value="$ego_speed"/>
+    </ConstraintGroup></ParameterDeclaration></ParameterDeclarations>"""
+    path = scenario(("</ParameterDeclarations>", other))
+    driven: list[Variant] = []
+
+    def fails(variant: Variant) -> bool:
+        driven.append(variant)
+        return variant.values.get("other", 3.0) >= 5.5
+
+    assert smallest(Variant(path, {"ego_speed": 6.0, "other": 5.5}), fails).values == {"ego_speed": 6.0, "other": 5.5}
+    assert all(v.values.get("other", 3.0) <= v.values.get("ego_speed", 5.0) for v in driven)
