@@ -162,7 +162,7 @@ def _has_holes(path: Path) -> bool:
 
 
 def _variant(path: Path, values: Mapping[str, Value], nominal: Mapping[str, Value]) -> Variant:
-    return Variant(path, {name: value for name, value in values.items() if value != nominal[name]})
+    return Variant(path, {name: value for name, value in values.items() if value != nominal[name]}, tuple(nominal))
 
 
 def _find(scenario: Path, beside: Path) -> Path:

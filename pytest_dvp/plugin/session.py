@@ -153,8 +153,14 @@ class Session:
     def options(
         self, path: Path, options: Mapping[str, Any], variant: Variant | None = None, *, searched: bool = False
     ) -> dict[str, Any]:
-        """What `pytest_dvp.drive.run.run` is called with: the session's settings, changed by `options` of one call."""
+        """What `pytest_dvp.drive.run.run` is called with: the session's settings, changed by `options` of one call.
+
+        Raises SettingError for a value of the session that a variant varies.
+        """
         settings, options = self._settings, dict(options)
+        for name in variant.varied if variant else ():
+            if name in settings.set.scenario:  # a variant does not hold what is nominal: another one would be driven
+                raise SettingError(f"--dvp-set {name}: the test varies it")
         parameters: dict[str, Any] = dict(_declared_only(path, settings.set.scenario))
         parameters.update(variant.values if variant else {})
         parameters.update(options.pop("parameters", {}))

@@ -230,3 +230,23 @@ def test_a_misspelt_parameter_of_a_search_is_one_line(pytester: pytest.Pytester)
     said = pytester.runpytest_inprocess("-q", "-p", "no:cacheprovider").stdout.str()
     assert "x.xosc: unknown parameter 'oncoming_sped'" in said
     assert "hypothesis/" not in said
+
+
+def test_a_value_of_the_session_for_what_a_search_varies_is_refused(pytester: pytest.Pytester) -> None:
+    """A variant holds no nominal values; the session's value would be driven in their place, and another one told."""
+    write_scenario(pytester.path, "x.xosc")
+    pytester.makepyfile(
+        """
+        from hypothesis import given, settings
+        from pytest_dvp import scenario_variants
+
+
+        @settings(max_examples=1, database=None)
+        @given(variant=scenario_variants("x.xosc"))
+        def test_search(run, variant):
+            run(variant)
+        """
+    )
+    result = pytester.runpytest_inprocess("-q", "-p", "no:cacheprovider", "--dvp-set", "ego_speed=3")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["E*SettingError: --dvp-set ego_speed: the test varies it"])
