@@ -214,10 +214,11 @@ def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Se
     """End a failure with a command; Hypothesis and notes add lines below the message, so it is a section of its own."""
     variant, options = item.stash.get(VARIANT_KEY, (None, {}))
     if variant is not None:
-        from pytest_dvp.plugin.scenario_strategy import keep
+        from pytest_dvp.plugin.scenario_strategy import keep, kept_name
         from pytest_dvp.verdicts.result_text import condition_of
 
-        replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
+        name = kept_name(item.name, item.nodeid, (other.name for other in item.session.items))
+        replay = keep(variant, options, settings_of(item.config).runs_folder, name)
         if results and replay.startswith("dvp run "):  # of a gate(..., metrics=[...], optional_events=[...])
             replay += condition_of(results[-1]["replay"])
     elif results:

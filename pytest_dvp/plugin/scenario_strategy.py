@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,9 +22,11 @@ if TYPE_CHECKING:
     from pytest_dvp.drive.request import Request
 
 _STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
+_LONGEST = 60  # chosen: characters of a test's name in that of its file
+_HASH = 8  # chosen: hexadecimal digits that tell tests of one name apart
 
 
-__all__ = ["FuzzError", "Variant", "keep", "scenario_variants"]
+__all__ = ["FuzzError", "Variant", "keep", "kept_name", "scenario_variants"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -109,10 +112,21 @@ def is_allowed(variant: Variant) -> bool:
     return not excluded_by(variant.scenario, {name: _text(value) for name, value in variant.values.items()})
 
 
-def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) -> str:
+def kept_name(test: str, node_id: str, names: Iterable[str]) -> str:
+    """What the files of a test are called: its name, with a hash of its node id if another test could have that name.
+
+    names: those of all tests of the session, this one among them. The hash is that of every session and worker.
+    """
+    name = re.sub(r"[^A-Za-z0-9_]+", "-", test).strip("-")
+    if name == test and len(name) <= _LONGEST and sum(name.lower() == other.lower() for other in names) < 2:
+        return name
+    return f"{name[:_LONGEST]}-{hashlib.sha256(node_id.encode()).hexdigest()[:_HASH]}"
+
+
+def keep(variant: Variant, options: Mapping[str, Any], runs: Path, name: str) -> str:
     """Write the variant as a runnable .xosc below the folder `runs` and return the command that replays it.
 
-    options: those of `pytest_dvp.drive.run.run` it was driven with.
+    options: those of `pytest_dvp.drive.run.run` it was driven with. name: what `kept_name` calls the test.
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
     from openscenario.findings import ScenarioError
@@ -120,7 +134,7 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
 
     asked = _request(variant, options)
     source = variant.scenario
-    target = runs / "variants" / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{source.stem}.xosc"
+    target = runs / "variants" / f"{name}-{source.stem}.xosc"
     try:
         _write(asked, target)
     except (OSError, ValueError, ScenarioError):

@@ -193,3 +193,18 @@ def test_what_a_test_assumes_holds_while_a_variant_is_made_smaller(world: pytest
     )
     result = world.runpytest_inprocess("test_it.py")
     result.stdout.fnmatch_lines(["E *variant=Variant(x.xosc, ego_speed=5.65, gap=18.5),"])
+
+
+def test_two_failing_tests_leave_two_files(world: pytest.Pytester) -> None:
+    """`[1]` and `[-1]` are one name once their signs are gone, and both scenarios are x.xosc."""
+    head, test = SEARCH.format(more="", examples=100).split("@settings")
+    test = test.replace("variant):", "variant, side):")
+    rules = "def hits(ego_speed, gap): return ego_speed > 5.6\n"
+    sides = "@pytest.mark.parametrize('side', [1, -1])\n"
+    world.makepyfile(world=ALWAYS + rules, test_it=f"import pytest\n{head}{sides}@settings{test}")
+    result = world.runpytest_inprocess("test_it.py")
+    result.assert_outcomes(failed=2)
+    kept = [path.name for path in (world.path / "runs/variants").glob("test_it-1-*-x.xosc")]
+    assert len(kept) == 2
+    for name in kept:
+        result.stdout.fnmatch_lines([f"dvp run runs/variants/{name} *"])

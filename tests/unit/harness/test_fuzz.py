@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from hypothesis.errors import NoSuchExample
 
 from openscenario.read import read_declarations, read_scenario
 from pytest_dvp import Variant, scenario_variants
-from pytest_dvp.plugin.scenario_strategy import FuzzError, keep
+from pytest_dvp.plugin.scenario_strategy import FuzzError, keep, kept_name
 
 Write = Callable[..., Path]
 QUIET = settings(database=None, derandomize=True, deadline=None, phases=[Phase.generate, Phase.shrink])
@@ -133,11 +134,22 @@ def test_the_kept_file_holds_the_values_and_its_command_names_it(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     variant = Variant(scenario(), {"ego_speed": 3.5})
-    command = keep(variant, {"seed": 11, "rootdir": tmp_path}, tmp_path / "runs", "test_it[a/b]")
-    target = tmp_path / "runs/variants/test_it-a-b-x.xosc"
-    assert command == "dvp run runs/variants/test_it-a-b-x.xosc --seed 11"
+    command = keep(variant, {"seed": 11, "rootdir": tmp_path}, tmp_path / "runs", "test_it")
+    target = tmp_path / "runs/variants/test_it-x.xosc"
+    assert command == "dvp run runs/variants/test_it-x.xosc --seed 11"
     assert [d.value for d in read_declarations(target)] == ["3.5"]
     assert read_scenario(target, rootdir=tmp_path).road_network.logic_file == tmp_path / "straight.xodr"
+
+
+def test_tests_that_could_share_a_name_keep_files_of_their_own() -> None:
+    long = "test_" + 60 * "a"
+    tests = ["a.py::test_it", "a.py::test_p[1]", "a.py::test_p[-1]", "a.py::test_same", "b.py::test_same"]
+    tests += ["a.py::test_Case", "a.py::test_case", f"a.py::{long}_b", f"a.py::{long}_c"]
+    names = [test.partition("::")[2] for test in tests]
+    kept = [kept_name(name, test, names) for name, test in zip(names, tests, strict=True)]
+    assert kept[0] == "test_it"
+    assert len({name.lower() for name in kept}) == len(tests)
+    assert all(re.fullmatch(r"[A-Za-z0-9_-]{1,69}", name) for name in kept)
 
 
 def test_the_command_of_a_variant_says_all_that_it_was_driven_with(
