@@ -10,6 +10,7 @@ from pytest_dvp.cli.shared.arguments import settings_from
 from pytest_dvp.drive.option import Setting
 from pytest_dvp.drive.run_spec import OPTIONS, PLUGIN_SETTINGS, SETTINGS, RunSpec
 
+OF_ONE = {"shard": "1/2", "campaign-method": "random"}  # that are checked as soon as they are read
 OF_A_RUN = [setting for setting in OPTIONS if setting.home == "run"]
 
 
@@ -21,6 +22,8 @@ def texts_of(place: Path) -> dict[str, str]:
 
 
 def _text(setting: Setting, place: Path) -> str:
+    if setting.name in OF_ONE:
+        return OF_ONE[setting.name]
     if setting.choices:
         return next(choice for choice in setting.choices if choice != setting.default)
     by_kind: dict[str, str] = {
