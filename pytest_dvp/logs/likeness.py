@@ -23,7 +23,7 @@ class Likeness:
     measured - model at that lag.
 
     lags, correlation: the normalised cross-correlation (m,) over the lag [s], of which mncc is the maximum; overlap:
-    the same of what both have in common at a lag, -inf where that is too little. The lag is where overlap is greatest.
+    the same of what both have in common at a lag, NaN where that is too little. The lag is where overlap is greatest.
     """
 
     mncc: float
@@ -56,34 +56,44 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
     correlation = np.clip(products / norm, -1.0, 1.0)
     lags = np.arange(-reach, reach + 1)
     overlap = _overlapping(x, y, products, reach)
-    tied = lags[overlap >= overlap.max() - ROUNDING]
+    tied = lags[overlap >= np.nanmax(overlap) - ROUNDING]
     k = int(tied[np.argmin(np.abs(tied))])
+    gain, off = slope_at(model, measured, k)
+    return Likeness(float(correlation.max()), k * step, gain, lags.astype(np.float64) * step, correlation, overlap, off)
+
+
+def slope_at(model: FloatArray, measured: FloatArray, k: int) -> tuple[float, float]:
+    """Slope of measured (n,) against model (n,) where they overlap if measured is `k` samples late, NaN for a constant
+    model, and the difference of their means there, measured - model."""
+    n = len(model)
     a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
     off = float(b.mean() - a.mean())
     a, b = a - a.mean(), b - b.mean()
     power = _dot(a, a)
-    gain = _dot(a, b) / power if power > 0.0 else float("nan")
-    return Likeness(float(correlation.max()), k * step, gain, lags.astype(np.float64) * step, correlation, overlap, off)
+    return _dot(a, b) / power if power > 0.0 else float("nan"), off
 
 
 def peak(lags: FloatArray, correlation: FloatArray) -> float:
     """Place of the maximum between the samples, by the parabola through the three highest.
 
-    Lags (n,) and the correlation (n,) at each; the result has the unit of the lags. At either end it is the end itself.
+    Lags (n,) and the correlation (n,) at each, NaN where there is none; the result has the unit of the lags. Of equal
+    ones the nearest to 0 counts; at either end it is the end itself.
     """
-    k = int(np.argmax(correlation))
-    if k in (0, len(lags) - 1):
+    highest = np.flatnonzero(correlation >= np.nanmax(correlation) - ROUNDING)
+    k = int(highest[np.argmin(np.abs(lags[highest]))])
+    around = correlation[max(k - 1, 0) : k + 2]
+    if len(around) < 3 or not np.isfinite(around).all():
         return float(lags[k])
-    left, top, right = correlation[k - 1 : k + 2]
+    left, top, right = around
     bend = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    shift = 0.5 * (left - right) / bend if bend < -ROUNDING else 0.0
     return float(lags[k] + shift * (lags[k + 1] - lags[k]))
 
 
 def _overlapping(x: FloatArray, y: FloatArray, products: FloatArray, reach: int) -> FloatArray:
     """Pearson's correlation (2 reach + 1,) of x (n,) and y (n,) where they overlap at the lags -reach ... reach.
 
-    -inf at lags at which the overlap does not hold OVERLAP of the time and of what varies in both: a short piece of two
+    NaN at lags at which the overlap does not hold OVERLAP of the time and of what varies in both: a short piece of two
     signals can be alike by chance. products (2 reach + 1,): of `_correlate`.
     """
     n = len(x)
@@ -102,7 +112,7 @@ def _overlapping(x: FloatArray, y: FloatArray, products: FloatArray, reach: int)
     usable[reach] = True
     with np.errstate(divide="ignore", invalid="ignore"):
         alike = (products - sums[0] * sums[1] / count) / np.sqrt(spreads[0] * spreads[1])
-    return np.where(usable & np.isfinite(alike), alike, -np.inf)
+    return np.where(usable & np.isfinite(alike), alike, np.nan)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> float:

@@ -21,8 +21,8 @@ def response_lag(log: Log, *, command: str = "steer_cmd", signal: str = "steer")
     recording that was played to a stack, its own commands count.
     """
     found = _compare(log, command, signal)
-    lag = peak(found.lags, found.correlation)
-    return Measured(lag, None, "", Series(found.lags, found.correlation), {"mncc": found.mncc, "gain": found.gain})
+    lag = peak(found.lags, found.overlap)
+    return Measured(lag, None, "", Series(found.lags, found.overlap), {"mncc": found.mncc, "gain": found.gain})
 
 
 @metric(
@@ -36,7 +36,7 @@ def response_lag(log: Log, *, command: str = "steer_cmd", signal: str = "steer")
 def response_gain(log: Log, *, command: str = "steer_cmd", signal: str = "steer") -> Measured:
     """Slope of a measured signal against its command at the lag at which they are most alike."""
     found = _compare(log, command, signal)
-    return Measured(found.gain, None, "", Series(found.lags, found.correlation), {"mncc": found.mncc})
+    return Measured(found.gain, None, "", Series(found.lags, found.overlap), {"mncc": found.mncc})
 
 
 def _compare(log: Log, command: str, signal: str) -> Likeness:

@@ -21,14 +21,16 @@ _NOTE = "lag within +-{max_lag} s"
 
 @metric(name="mncc", unit="-", bigger_is_worse=False, note=_NOTE, ideal=1.0, ranges={"max_lag": NOT_NEGATIVE})
 def mncc(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
-    """Maximum normalised cross-correlation of a signal in two logs. Blind to gain, delay and bias: see lag and gain.
+    """Maximum normalised cross-correlation of a signal in two logs. Blind to gain, delay and bias: see lag and gain,
+    which are those of what the logs have in common, not of this maximum.
 
     `signal` is a column, `object.NAME.x` (x, y, yaw, vx, vy) for the true motion of an object, or `objects.x`,
     `objects.y` for all that the stack detected: ahead and to the left of the ego, tracks matched by assignment first,
     each figure the mean over the matched tracks, weighted by their duration.
     """
     result = _compare(model, measured, signal, max_lag)
-    return _measured(result, result.mncc, {"lag": result.lag, "gain": result.gain})
+    extra = {"lag": result.lag, "gain": result.gain}
+    return Measured(result.mncc, None, "", Series(result.lags, result.correlation), extra)
 
 
 @metric(name="bias", unit="-", bigger_is_worse=None, note=_NOTE, ranges={"max_lag": NOT_NEGATIVE})
@@ -36,7 +38,7 @@ def bias(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) ->
     """Mean of the measured signal less the model's at the lag at which they are most alike, in the signal's unit."""
     result = _compare(model, measured, signal, max_lag)
     extra = {"mncc": result.mncc, "lag": result.lag, "gain": result.gain}
-    return Measured(result.bias, None, "", Series(result.lags, result.correlation), extra, _unit(signal))
+    return Measured(result.bias, None, "", Series(result.lags, result.overlap), extra, _unit(signal))
 
 
 @metric(name="lag", unit="s", bigger_is_worse=None, note=_NOTE, ranges={"max_lag": NOT_NEGATIVE})
@@ -54,7 +56,7 @@ def gain(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) ->
 
 
 def _measured(result: Likeness, value: float, extra: dict[str, float]) -> Measured:
-    return Measured(value, None, "", Series(result.lags, result.correlation), extra)
+    return Measured(value, None, "", Series(result.lags, result.overlap), extra)
 
 
 def _compare(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness:

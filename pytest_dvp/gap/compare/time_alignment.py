@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.likeness import Likeness, likeness, peak
+from pytest_dvp.logs.likeness import Likeness, likeness, peak, slope_at
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 
@@ -66,10 +66,11 @@ def alike(measured: FloatArray, model: FloatArray, step: float, max_lag: float =
         found = likeness(model, measured, step, max_lag)
     except Undefined:
         return Alike(None, None, None)
-    if int(np.argmax(found.correlation)) in (0, len(found.lags) - 1):
+    best = int(np.argmax(found.correlation))
+    if best in (0, len(found.lags) - 1):
         return Alike(found.mncc, None, None)  # still rising at the end of the search: no lag was found
-    gain = found.gain if np.isfinite(found.gain) else None
-    return Alike(found.mncc, peak(found.lags, found.correlation), gain)
+    gain, _ = slope_at(model, measured, best - len(found.lags) // 2)
+    return Alike(found.mncc, peak(found.lags, found.correlation), gain if np.isfinite(gain) else None)
 
 
 def common_lag(pairs: Sequence[tuple[FloatArray, FloatArray]], step: float, max_lag: float = MAX_LAG) -> float:
