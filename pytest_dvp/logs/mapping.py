@@ -207,17 +207,23 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
 def _on_one_clock(streams: Sequence[Stream], mapping: MappingFile, file: str, findings: Findings) -> Sequence[Stream]:
     """The streams, with the recorder's clock of those without a header moved to that of the headers, by the median of
     what lies between the two in the others: headers may count from 1970, the recorder from its first message."""
-    used = [stream_of(streams, s, mapping, file) for s in mapping.signals if (s.time or mapping.time) == "header"]
-    apart = [np.median(s.header - s.receive) for s in used if s.header is not None and len(s.receive)]
+    of_header = (stream_of(streams, s, mapping, file) for s in mapping.signals if (s.time or mapping.time) == "header")
+    used = list({id(stream): stream for stream in of_header}.values())
+    apart = [np.nanmedian(s.header - s.receive) for s in used if s.header is not None and _told(s.header - s.receive)]
     bare = {id(s) for s in used if s.header is None and not (s.si and "t" in s.fields)}
-    if not apart or not bare or not np.isfinite(shift := float(np.median(apart))):
+    if not apart or not bare:
         return streams
+    shift = float(np.median(apart))
     for topic in dict.fromkeys(s.topic for s in used if id(s) in bare):
         findings.add(
             "log.no_header", file, None, topic, "its messages have no header: the recorder's clock is taken, moved by "
             f"the {shift:.6g} s between the two clocks of the other topics", severity="warning",
         )  # fmt: skip
     return [dataclasses.replace(s, receive=s.receive + shift) if id(s) in bare else s for s in streams]
+
+
+def _told(values: FloatArray) -> bool:
+    return bool(np.isfinite(values).any())
 
 
 def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[str]:

@@ -114,6 +114,25 @@ def test_a_topic_without_header_is_put_on_the_clock_of_the_headers(tmp_path: Pat
     assert log["v"] == pytest.approx(log["yaw_rate"])
 
 
+def test_one_header_without_a_time_does_not_part_the_clocks(tmp_path: Path) -> None:
+    rows = [
+        (
+            float(k),
+            {"v": float(k)} | ({"header": {"stamp": {"sec": 1_700_000_000 + k, "nanosec": 0}}} if k != 5 else {}),
+        )
+        for k in range(20)
+    ]
+    bare = [(float(k), {"w": float(k)}) for k in range(20)]
+    file = write_json(tmp_path / "a.mcap", {"/a": rows, "/b": bare})
+    entries = ('[[signal]]\nname = "v"\ntopic = "/a"\nfield = "v"\nunit = "m/s"\n'
+               '[[signal]]\nname = "yaw_rate"\ntopic = "/b"\nfield = "w"\nunit = "rad/s"\n')  # fmt: skip
+    log = read_log(file, mapping=mapping(tmp_path, '[log]\nonly = true\ntime = "header"\n' + entries))
+    assert log.duration == pytest.approx(19.0)
+    both = np.isfinite(log["v"]) & np.isfinite(log["yaw_rate"])
+    assert both.sum() >= 19
+    assert log["v"][both] == pytest.approx(log["yaw_rate"][both])
+
+
 def test_a_rate_of_an_angle_has_its_sign(tmp_path: Path) -> None:
     t = np.arange(0.0, 20.0, 0.02)
     heading = np.angle(np.exp(-0.3j * t))  # to the right, past pi
