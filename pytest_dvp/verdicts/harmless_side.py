@@ -12,11 +12,12 @@ from pytest_dvp.verdicts.gate import Gate
 def on_the_harmless_side(gates: Sequence[Gate]) -> Iterator[Finding]:
     """A warning for each gate whose only bound is a `min` where bigger is worse, or a `max` where smaller is worse.
 
-    None for a metric of which neither direction is worse, and none for a bound of clean drives, which is meant so.
+    None where another gate bounds the same on the other side, none for a metric of which neither direction is worse,
+    and none for a bound of clean drives, which is meant so.
     """
     for gate in gates:
         side = _lone_side(gate)
-        if side is None or gate.only_with is not None:
+        if side is None or gate.only_with is not None or any(_completes(other, gate, side) for other in gates):
             continue
         other, worse = ("max", "bigger") if side == "min" else ("min", "smaller")
         bound = gate.min if side == "min" else gate.max
@@ -38,6 +39,13 @@ NOTE = "one-sided gate: "  # how the note of a run begins, so that judging anew 
 def harmless_notes(gates: Sequence[Gate]) -> list[str]:
     """The same as notes of a run, one line each."""
     return [f"{NOTE}{one.file}:{one.line}: {one.message}" for one in on_the_harmless_side(gates)]
+
+
+def _completes(other: Gate, gate: Gate, side: str) -> bool:
+    """Whether another gate bounds the same metric on the side that this one leaves open, wherever this one applies."""
+    same = (other.metric, other.options, other.between) == (gate.metric, gate.options, gate.between)
+    bound = other.max if side == "min" else other.min
+    return same and bound is not None and other.only_with is None and set(gate.stages) <= set(other.stages)
 
 
 def _lone_side(gate: Gate) -> str | None:

@@ -48,6 +48,13 @@ def test_other_gates_say_nothing(gate: Gate) -> None:
     assert harmless_notes([gate]) == []
 
 
+def test_two_gates_that_bound_both_sides_together_say_nothing() -> None:
+    low, high = Gate("max_jerk", min=0.1), Gate("max_jerk", max=3.0)
+    assert harmless_notes([low, high]) == []
+    elsewhere = [Gate("max_jerk", max=3.0, stages=("rw",)), Gate("max_jerk", max=3.0, options={"cutoff": 2.0})]
+    assert len(harmless_notes([low, *elsewhere])) == 1
+
+
 @pytest.mark.parametrize(
     ("limits", "inside", "outside", "told"),
     [
