@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 from ads.control.longitudinal import ComfortSpeedControl, SpeedControl, allowed_speed
 from ads.control.pedals import Pedals, PiPedals
@@ -18,9 +18,7 @@ from ads.planning.behaviour import Behaviour, Planner
 from ads.planning.drawn import plain_net
 from ads.planning.navigator import Navigator
 from ads.planning.route import Map
-from vehicle.messages import Command, Detection, FloatArray, Observation, VehicleDescription
-
-TICK: Final = 0.05  # s
+from vehicle.messages import TICK, Command, Detection, FloatArray, Observation, VehicleDescription
 
 
 class Stack:

@@ -18,6 +18,8 @@ FloatArray: TypeAlias = NDArray[np.float64]
 ObjectKind: TypeAlias = Literal["vehicle", "pedestrian", "bicycle", "misc"]
 OBJECT_KINDS: tuple[ObjectKind, ...] = ("vehicle", "pedestrian", "bicycle", "misc")
 
+TICK = 0.05  # s, period at which a run asks its stack (20 Hz); until the next one a stack's answer holds
+
 TRACE_COLUMNS: tuple[str, ...] = ("t", "x", "y", "z", "yaw", "v", "vx", "vy", "yaw_rate", "ax", "ay", "steer")
 """Columns of the rows that `Vehicle.step` returns; units and meaning as in VehicleState."""
 

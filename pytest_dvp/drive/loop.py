@@ -30,15 +30,14 @@ from pytest_dvp.drive.weather import NeedsFriction, NeedsWind, Weather
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapter import position_sigma_of
 from vehicle.adapters.mirror import SAME, Mirror
-from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
+from vehicle.messages import TICK, FloatArray, RoadPoint, SignalState, Surroundings, Task
 
 if TYPE_CHECKING:
     from openscenario.road.network import RoadNetwork
     from openscenario.road.positions import RoadPosition
     from pytest_dvp.drive.prepared_run import Ready
 
-RATE = 20  # 1/s
-TICK = 1 / RATE  # s
+RATE = round(1.0 / TICK)  # 1/s
 STANDING = 0.05  # m/s
 SETTLING = 10.0  # s that a run waits at its goal for the ego to stand
 

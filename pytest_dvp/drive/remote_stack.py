@@ -26,6 +26,7 @@ import numpy as np
 from pytest_dvp.drive.stack_faults import AdsError, AdsFault
 from pytest_dvp.drive.stack_parameters import as_plain
 from pytest_dvp.text.spelling import unknown
+from vehicle.messages import TICK
 from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 KEYS = ("command", "answer", "start", "environment", "parameters")
 DAY = 86400.0  # s
 CALL = 0.2  # s between two calls to a stack that does not answer yet
-TICK = 0.05  # s
 STANDING = 0.05  # m/s
 
 

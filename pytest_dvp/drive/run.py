@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from pytest_dvp.drive.announced_cars import is_real, label
 from pytest_dvp.drive.compute_delay import parse_delay
 from pytest_dvp.drive.guard_log import guard_notes as said_of_gate
-from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
+from pytest_dvp.drive.loop import Ending, Limits, Loop
 from pytest_dvp.drive.playback_log import PlaybackLog
 from pytest_dvp.drive.playback_log import playback_notes as said_of_replay
 from pytest_dvp.drive.real_time_priority import punctual
@@ -29,6 +29,7 @@ from pytest_dvp.drive.weather import weather_notes as said_of_weather
 from pytest_dvp.logs.log import Log
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
+from vehicle.messages import TICK
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding

@@ -13,9 +13,9 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.lost_fix import with_fix
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
+from vehicle.messages import TICK
 
 STATISTICS = ("rms", "greatest")
-TICK = 0.05  # s, of the loop (20 Hz), at each of which a stack believes its estimate
 
 
 @metric(name="localization_error", unit="m", bigger_is_worse=True, open_loop=True, note="{statistic} of the position")

@@ -7,8 +7,8 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, metric
+from vehicle.messages import TICK
 
-TICK = 0.05  # s; of the loop (20 Hz)
 SLOW = 0.5  # m/s; an ego that stands may well be told the same again
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vehicle.messages import TICK
+
 if TYPE_CHECKING:
     from vehicle.messages import Command, Observation, VehicleDescription
-
-TICK = 0.05  # s, for which a command is held: the period in which a run asks its stack (pytest_dvp.drive.loop.TICK)
 
 
 class CommandPlayer:
