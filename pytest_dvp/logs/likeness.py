@@ -63,8 +63,8 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
 
 
 def slope_at(model: FloatArray, measured: FloatArray, k: int) -> tuple[float, float]:
-    """Slope of measured (n,) against model (n,) where they overlap if measured is `k` samples late [unit of measured over
-    that of model], NaN for a constant model; and the difference of their means there, measured - model, in their unit.
+    """Slope of measured (n,) against model (n,) where they overlap if measured is `k` samples late, in the unit of
+    measured over that of model, NaN for a constant model; and the difference of their means there, measured - model.
     """
     n = len(model)
     a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
