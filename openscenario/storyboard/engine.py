@@ -103,7 +103,7 @@ class Storyboard:
             (each.name, each.parameter_type, each.value) for each in scenario.parameter_declarations
         )
         self.variables = Values((each.name, each.variable_type, each.value) for each in scenario.variable_declarations)
-        self.world = World()
+        self.world = World(() if network is None else network.signals)
         self.world.monitors = {each.name: each.value for each in scenario.monitor_declarations}
         for each in scenario.entities:
             assign(self.entities[each.name], each.object_controllers, self)

@@ -62,7 +62,7 @@ class Program:
             return
         self._shown = phase
         for each in phase.traffic_signal_states:
-            world.signals[each.traffic_signal_id] = each.state
+            world.show(each.traffic_signal_id, each.state)
 
 
 def programs(controllers: Sequence[model.TrafficSignalController]) -> dict[str, Program]:

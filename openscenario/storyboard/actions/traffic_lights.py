@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 def signal_state(element: model.TrafficSignalStateAction, entity: None, board: Board) -> Runner:
     """Holds until another action or the next phase of a controller sets it. The road may call the light by its id or
     by its name."""
-    ids = _ids(element.name, board)
-    return Instant(lambda: board.world.signals.update(dict.fromkeys(ids, element.state)))
+    return Instant(lambda: board.world.show(element.name, element.state))
 
 
 @action(model.TrafficSignalControllerAction)
@@ -31,10 +30,3 @@ def signal_controller(element: model.TrafficSignalControllerAction, entity: None
         program.show(board.time, board.world)
 
     return Instant(begin)
-
-
-def _ids(name: str, board: Board) -> tuple[str, ...]:
-    """The ids of the signals that a scenario means: by the id itself, else all that have this name."""
-    signals = board.network.signals if board.network is not None else ()
-    named = () if any(signal.id == name for signal in signals) else tuple(s.id for s in signals if s.name == name)
-    return named or (name,)

@@ -82,10 +82,9 @@ def element_state(element: model.StoryboardElementStateCondition, entity: None, 
 
 @condition(model.TrafficSignalCondition)
 def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: Scope) -> Test:
-    """True while a traffic signal is in the state."""
-    signals = scope.board.world.signals
-    name, state = element.name, element.state
-    return lambda: signals.get(name) == state
+    """True while a traffic signal is in the state. The road may call it by its id or by its name."""
+    world, name, state = scope.board.world, element.name, element.state
+    return lambda: world.shows(name, state)
 
 
 @condition(model.TrafficSignalControllerCondition)

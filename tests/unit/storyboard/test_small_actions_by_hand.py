@@ -21,6 +21,7 @@ from openscenario.storyboard.nodes import Node
 from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.trailers import couple
 from openscenario.storyboard.unsupported import Unsupported
+from openscenario.storyboard.world import World
 
 from .bodies import car
 
@@ -31,16 +32,15 @@ class Board:
     def __init__(self, *entities: Any, **more: Any) -> None:
         self.entities = {entity.name: entity for entity in entities}
         self.running, self.time = True, 1.5
-        self.network = SimpleNamespace(
-            signals=[SimpleNamespace(id="7", name="north"), SimpleNamespace(id="8", name="7")]
-        )
+        self.network: Any = SimpleNamespace()
         self.warned: list[tuple[str, str]] = []
         self.put: list[tuple[Any, Any]] = []
         self.ground: Any = SimpleNamespace(set_place=lambda entity, where: self.put.append((entity, where)),
                                            point=lambda entity: RoadPoint("1", -1, 2.0, 0.0),
                                            track=lambda entity: self.put.append((entity, "tracked")))  # fmt: skip
-        self.world: Any = SimpleNamespace(signals={}, monitors={"b": True}, friction=math.inf, environment=None,
-                                          clock=None, clock_since=0.0)  # fmt: skip
+        lights: Any = [SimpleNamespace(id="7", name="north"), SimpleNamespace(id="8", name="7")]
+        self.world = World(lights)
+        self.world.monitors["b"] = True
         for name, value in more.items():
             setattr(self, name, value)
 

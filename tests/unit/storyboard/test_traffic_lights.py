@@ -66,13 +66,18 @@ LIGHTS = (
 NEVER = '<SimulationTimeCondition value="99" rule="greaterThan"/>'
 
 
-def with_lights(make: Make, test: str) -> Storyboard:
-    """A car that drives off when `test` holds."""
+def with_lights(make: Make, test: str, *, on: Path | None = None, lights: str = LIGHTS, first: str = "") -> Storyboard:
+    """A car that drives off when `test` holds, after the actions `first`; on the straight road if none is named."""
     start = group(condition(f"<ByValueCondition>{NEVER}</ByValueCondition>"))
     board = make(A=[teleport(lane_position(100.0))], stories=story(event("e", speed(10.0), start=start)))
     path = board.scenario.path
-    path.write_text(path.read_text().replace("</RoadNetwork>", f"{LIGHTS}</RoadNetwork>").replace(NEVER, test))
-    return Storyboard(read_scenario(path), board.network)
+    text = path.read_text().replace("</RoadNetwork>", f"{lights}</RoadNetwork>").replace(NEVER, test)
+    text = text.replace("<Init><Actions>", f"<Init><Actions>{first}")
+    if on is not None:
+        (path.parent / on.name).write_bytes(on.read_bytes())
+        text = text.replace('<LogicFile filepath="straight.xodr"/>', f'<LogicFile filepath="{on.name}"/>')
+    path.write_text(text)
+    return Storyboard(read_scenario(path), board.network if on is None else load_network(on))
 
 
 def test_a_phase_sets_its_lights(make: Make) -> None:
@@ -81,6 +86,59 @@ def test_a_phase_sets_its_lights(make: Make) -> None:
     assert (board.entities["A"].speed, board.world.signals) == (0.0, {"7": "green"})
     run(board, 0.3)
     assert (board.entities["A"].speed, board.world.signals) == (10.0, {"7": "red"})
+
+
+NORTH = "".join(
+    f'<signal id="{id}" name="{name}" s="200" t="-5" dynamic="yes" orientation="+" type="1000001" subtype="-1"'
+    ' country="OpenDRIVE" zOffset="3"/>'
+    for id, name in (("7", "north"), ("8", "north"), ("9", "south"))
+)
+
+
+@pytest.fixture
+def lit(tmp_path: Path) -> Path:
+    """A road with two lights called "north", of ids 7 and 8, and one called "south"."""
+    road = tmp_path / "lit.xodr"
+    road.write_text(XODR.replace("</lanes>", f"</lanes><signals>{NORTH}</signals>"))
+    return road
+
+
+def set_light(name: str, state: str) -> str:
+    action = f'<TrafficSignalStateAction name="{name}" state="{state}"/>'
+    return (
+        f"<GlobalAction><InfrastructureAction><TrafficSignalAction>{action}</TrafficSignalAction>"
+        "</InfrastructureAction></GlobalAction>"
+    )
+
+
+@pytest.mark.parametrize("called", ["north", "8"])
+def test_a_light_set_by_its_name_fulfils_a_condition_on_its_name_and_on_its_id(
+    make: Make, lit: Path, called: str
+) -> None:
+    first = set_light("north", "go") + set_light("south", "stop")
+    board = with_lights(make, f'<TrafficSignalCondition name="{called}" state="go"/>', on=lit, lights="", first=first)
+    run(board, 0.3)
+    assert board.world.signals == {"7": "go", "8": "go", "9": "stop"}
+    assert board.entities["A"].speed == 10.0
+
+
+def test_lights_of_one_name_are_in_a_state_when_each_of_them_is(make: Make, lit: Path) -> None:
+    first = set_light("8", "go")
+    board = with_lights(make, '<TrafficSignalCondition name="north" state="go"/>', on=lit, lights="", first=first)
+    run(board, 0.3)
+    assert board.entities["A"].speed == 0.0
+    board.world.show("7", "go")
+    run(board, 0.1)
+    assert board.entities["A"].speed == 10.0
+
+
+def test_a_phase_sets_the_lights_that_it_calls_by_their_name(make: Make, lit: Path) -> None:
+    by_name = LIGHTS.replace('trafficSignalId="7"', 'trafficSignalId="north"')
+    board = with_lights(make, '<TrafficSignalCondition name="north" state="red"/>', on=lit, lights=by_name)
+    run(board, 1.9)
+    assert (board.entities["A"].speed, board.world.signals) == (0.0, {"7": "green", "8": "green"})
+    run(board, 0.3)
+    assert (board.entities["A"].speed, board.world.signals) == (10.0, {"7": "red", "8": "red"})
 
 
 def test_a_phase_that_no_controller_has_is_refused(make: Make) -> None:
