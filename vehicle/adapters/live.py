@@ -80,6 +80,8 @@ class LiveCar(Ros2Vehicle):
         self.punctuality = Punctuality()
         self._state, self._begun = state, False
         self._now = round(state.t * convert.SECOND)
+        self._live().receive_until(time.monotonic_ns())
+        self._spoke = self._forget()  # of a run before this one, or of the time between
         for _ in range(PINGS):
             self._ping()
             self._live().receive_until(time.monotonic_ns() + 5_000_000, self._pinged)
@@ -91,7 +93,7 @@ class LiveCar(Ros2Vehicle):
         self.punctuality.pings.clear()
         if self._real:
             self._state = self._placed_by_hand(state)
-        self._spoke = self._discard()
+        self._spoke |= self._discard()
 
     def _placed_by_hand(self, state: VehicleState) -> VehicleState:
         """A car cannot be put anywhere: how it stands. Raises VehicleLost if that is not about where it is to begin."""
@@ -157,9 +159,6 @@ class LiveCar(Ros2Vehicle):
             self._send(topics.RESET, convert.state_to_ros(self._state, self._now))
             end.receive_until(time.monotonic_ns() + SETTLING)
         self._spoke |= self._discard()  # what was under way belongs to the time before
-        if self._by_wire is not None:
-            self._by_wire.listen(0, 0)
-            self._by_wire.reset()
         self._begun = True
         self._epoch = time.monotonic_ns() - self._now
         end.shift = self.punctuality.offset + self._epoch
@@ -204,7 +203,14 @@ class LiveCar(Ros2Vehicle):
         return (time.monotonic_ns() - self._epoch) / convert.SECOND if self._begun else super()._clock()
 
     def _discard(self) -> set[topics.Topic]:
-        """Take what has come and leave it. Returns the topics that spoke."""
+        """Take what has come and leave it; who needs some of it overrides this. Returns the topics that spoke."""
+        return self._forget()
+
+    def _forget(self) -> set[topics.Topic]:
+        """Take all that has come and leave it, over CAN too. Returns the topics that spoke."""
+        if self._by_wire is not None:
+            self._by_wire.listen(0, 0)
+            self._by_wire.reset()
         return {topic for topic in self.reads if self._wire().take(topic)}
 
     def _expected(self) -> set[str]:
