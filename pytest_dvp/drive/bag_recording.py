@@ -93,7 +93,8 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
             for topic, came, message in _messages(again, charged):
                 sensed: Sensed | None = None
                 if topic == topics.FIX.name:
-                    sensed = convert.fix_from_ros(message, headings.get(convert.seconds(message.header)))
+                    fix = convert.fix_from_ros(message, headings.get(convert.seconds(message.header)))
+                    sensed = None if isinstance(fix, convert.NoFix) else fix
                 elif topic in sensors:
                     sensed = sensors[topic](message)  # type: ignore[assignment]
                 if sensed is not None and sensed.t >= begin:

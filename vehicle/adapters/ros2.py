@@ -256,6 +256,8 @@ class Ros2Vehicle:
         self._headings |= {heading.t: heading for heading in headings}
         fixes = []
         for fix in self._sound(topics.FIX, convert.fix_from_ros):
+            if isinstance(fix, convert.NoFix):
+                continue
             heading = self._headings.pop(fix.t, None)
             if heading is not None:
                 fix = msgspec.structs.replace(fix, yaw=heading.yaw, yaw_sigma=heading.sigma)

@@ -5,7 +5,7 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 
 from __future__ import annotations
 
-from math import atan2, cos, nan, pi, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +44,12 @@ class Heading(NamedTuple):
     t: float
     yaw: float | None
     sigma: float
+
+
+class NoFix(NamedTuple):
+    """A receiver says that it has no fix at `t` [s]: no place, and no fault."""
+
+    t: float
 
 
 def stamp(ns: int) -> Any:
@@ -164,14 +170,14 @@ def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[
     return place, ros.Imu(header(ns, "gnss"), quaternion(fix.yaw), spread)
 
 
-def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix:
+def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix | NoFix:
     """The fix in the map frame; `heading` is that of the same stamp.
 
-    Without a fix (status below 0) its place is NaN; where the accuracy is not stated, sigma is UNSTATED_SIGMA.
+    NoFix if the receiver has none (status below 0); where the accuracy is not stated, sigma is UNSTATED_SIGMA.
     """
-    x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
     if place.status.status < 0:  # sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1, "unable to fix position"
-        x = y = nan
+        return NoFix(seconds(place.header))
+    x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
     sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
     if place.position_covariance_type == UNKNOWN:
         sigma = UNSTATED_SIGMA

@@ -66,15 +66,15 @@ def take_observation(end: End, ns: int) -> Observation:
     """The observation of the tick at `ns` [ns], from what has come on the topics."""
     end.take(topics.CLOCK)
     headings = {convert.nanoseconds(message.header): message for message in end.take(topics.HEADING)}
-    fixes: tuple[GnssFix, ...] = tuple(
+    said = [
         convert.fix_from_ros(message, headings.get(convert.nanoseconds(message.header)))
         for message in end.take(topics.FIX)
-    )
+    ]
     clouds, frames = end.take(topics.POINTS), end.take(topics.CAMERA)
     lights, tasks = end.take(topics.SEEN_SIGNALS), end.take(TASK)
     return Observation(
         ns / convert.SECOND,
-        gnss=fixes,
+        gnss=tuple(fix for fix in said if isinstance(fix, GnssFix)),
         odometry=tuple(map(convert.feedback_from_ros, end.take(topics.FEEDBACK))),
         imu=tuple(map(convert.imu_from_ros, end.take(topics.IMU))),
         lidar=convert.points_from_ros(clouds[-1]) if clouds else None,

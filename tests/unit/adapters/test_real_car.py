@@ -151,3 +151,27 @@ def test_hands_that_spoke_before_the_reset_only_are_the_drivers(monkeypatch: pyt
     end.kept[topics.OVERRIDE].append(said.pop(topics.OVERRIDE))
     car.reset(STATE)
     assert car.hands == Hands(True, False)
+
+
+def test_a_receiver_without_a_fix_is_no_fault_and_gives_no_place() -> None:
+    """At 10 Hz for 3 s without one: the receiver is not silent, its wire is sound, and the stack gets nothing."""
+    troubles: list[Any] = []
+    car, end = real_car(record=troubles.append)
+    end.says = lambda: {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
+    }
+    car.reset(STATE)
+    car._health.reset({topics.FIX.name})
+    seen = []
+    for k in range(60):
+        t = 0.1 * k
+        place, _ = convert.fix_to_ros(convert.GnssFix(t, 5.0 * t, 0.0, 0.02), round(t * convert.SECOND))
+        if 20 <= k < 50:
+            place.status.status = -1
+            place.latitude = place.longitude = place.altitude = float("nan")
+        end.kept[topics.FIX].append(place)
+        car._now = round(t * convert.SECOND)
+        seen += car._observed().gnss
+    assert troubles == []
+    assert [round(10.0 * fix.t) for fix in seen] == [*range(20), *range(50, 60)]

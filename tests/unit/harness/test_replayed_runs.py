@@ -115,7 +115,7 @@ def test_what_cannot_be_is_one_line(recorded: tuple[Path, Path], options: dict[s
 
 
 def test_a_bag_that_another_program_wrote_is_played_with_its_own_sensors(scenario: Write, tmp_path: Path) -> None:
-    """rosbags writes it: 10 m/s along x, a LiDAR return 20 m ahead, the bag 1.5 s ahead."""
+    """rosbags writes it: 10 m/s along x, a LiDAR return 20 m ahead, the bag 1.5 s ahead; once without a fix."""
     pytest.importorskip("cyclonedds")
     writer = pytest.importorskip("rosbags.rosbag2").Writer
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -151,7 +151,9 @@ def test_a_bag_that_another_program_wrote_is_played_with_its_own_sensors(scenari
             put(topics.ODOMETRY, t, 0.0, convert.state_to_ros(VehicleState(t, x, y0, 0.0, 10.0, vx=10.0), ns))
             if k % 10 == 0:
                 put(topics.FEEDBACK, t, 0.0, convert.feedback_to_ros(Odometry(t, 10.0, 0.0), ns))
-                put(topics.FIX, t, 0.01, convert.fix_to_ros(GnssFix(t, x, y0, 0.5), ns)[0])
+                place, _ = convert.fix_to_ros(GnssFix(t, x, y0, 0.5), ns)
+                place.status.status = -1 if k == 50 else 0  # sensor_msgs/NavSatStatus: no fix, a fix
+                put(topics.FIX, t, 0.01, place)
                 put(topics.POINTS, t, 0.05, convert.points_to_ros(np.array([[20.0, 0.0, 0.0]]), ns))
                 put(topics.COMMAND, t, 0.0, convert.command_to_ros(coast(Observation(t)), ns))
 
@@ -160,7 +162,8 @@ def test_a_bag_that_another_program_wrote_is_played_with_its_own_sensors(scenari
     assert result.error is None
     assert result.log.duration == pytest.approx(1.0)
     fixes = [fix for one in stack.seen for fix in one.gnss]
-    assert [fix.sigma for fix in fixes] == [pytest.approx(0.5)] * 10  # the last comes 10 ms after the end
+    assert [fix.sigma for fix in fixes] == [pytest.approx(0.5)] * 9  # the last comes 10 ms after the end
+    assert [round(10.0 * fix.t) for fix in fixes] == [0, 1, 2, 3, 4, 6, 7, 8, 9]  # at 0.5 s there was no fix
     scans = [(one.t, one.lidar) for one in stack.seen if one.lidar is not None]
     assert [(pytest.approx(t), s.t) for t, s in scans[:2]] == [(0.05, pytest.approx(0.0)), (0.15, pytest.approx(0.1))]
     assert scans[0][1].points.tolist() == [[20.0, 0.0, 0.0]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from typing import Any
 
 import msgspec
@@ -140,8 +139,7 @@ def test_a_receiver_without_a_fix_gives_no_place_and_an_unstated_accuracy_is_not
     """sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1; NavSatFix: COVARIANCE_TYPE_UNKNOWN = 0, its matrix all zero."""
     sound = MESSAGES[topics.FIX]
     lost = dataclasses.replace(sound, status=dataclasses.replace(sound.status, status=-1))
-    assert math.isnan(convert.fix_from_ros(lost).x)
-    assert math.isnan(convert.fix_from_ros(lost).y)
+    assert convert.fix_from_ros(lost) == convert.NoFix(12.34)
     unstated = dataclasses.replace(sound, position_covariance=[0.0] * 9, position_covariance_type=0)
     assert convert.fix_from_ros(unstated).sigma == convert.UNSTATED_SIGMA
     assert convert.fix_from_ros(unstated).x == pytest.approx(30.0, abs=1e-6)
