@@ -43,9 +43,11 @@ def lane_onwards(
         heappush(found, (abs(to - s), False, LaneEnd(road, lane_along(tables, road, lane, s, to), at_end)))
     while found:
         way, there, here = heappop(found)
+        if way > most:
+            return None
         if there:
             return here.lane
-        if here in reached or way > most:
+        if here in reached:
             continue
         reached.add(here)
         for end in ends(*here):

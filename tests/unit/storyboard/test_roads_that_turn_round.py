@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -255,6 +256,16 @@ def test_where_no_links_lead_a_lane_change_counts_ids_and_says_so(make: Make, tm
     run(board, 5.0)
     assert board.entities["A"].lane == -1
     assert "no lane links lead from the lane of B to A on road 1" in " ".join(each.text for each in board.report())
+
+
+@pytest.mark.parametrize(("apart", "found"), [(100.1, True), (99.9, False)])
+def test_lanes_lead_onwards_along_at_most_twice_the_way_of_the_roads_and_50_m(
+    two_roads: RoadNetwork, monkeypatch: pytest.MonkeyPatch, apart: float, found: bool
+) -> None:
+    """The lanes need 250 m from x = 50 m to x = 300 m; the roads are said to need about 100 m."""
+    start, goal = two_roads.locate(50.0, -5.25), two_roads.locate(300.0, -5.25)
+    monkeypatch.setattr(two_roads, "_distances", SimpleNamespace(between=lambda *_: (apart, False)))
+    assert two_roads.lane_onwards(start, goal) == (goal.lane if found else None)
 
 
 def is_clear(make: Make, on: RoadNetwork, lane: int, x: float, y: float) -> bool:
