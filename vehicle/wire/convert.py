@@ -34,7 +34,8 @@ FLOAT32 = 7  # PointField.FLOAT32
 _HIDDEN = "hidden:"  # class of an object, with the sensor from which the scenario hides it
 KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
 UNKNOWN = 0  # NavSatFix.COVARIANCE_TYPE_UNKNOWN
-UNSTATED_SIGMA = 5.0  # m, of a receiver without corrections (GPS SPS Performance Standard 2020: 95 % within 8 m)
+# Of two equal Gaussian axes 95 % lie within sqrt(-2 ln 0.05) = 2.45 standard deviations of one of them.
+UNSTATED_SIGMA = 8.0 / 2.45  # m, per axis, without corrections (GPS SPS Performance Standard 2020: 95 % within 8 m)
 _XX, _YY = 0, 7  # of the 6 x 6 covariance of a pose, row by row
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Any
 
 import msgspec
@@ -141,5 +142,6 @@ def test_a_receiver_without_a_fix_gives_no_place_and_an_unstated_accuracy_is_not
     lost = dataclasses.replace(sound, status=dataclasses.replace(sound.status, status=-1))
     assert convert.fix_from_ros(lost) == convert.NoFix(12.34)
     unstated = dataclasses.replace(sound, position_covariance=[0.0] * 9, position_covariance_type=0)
-    assert convert.fix_from_ros(unstated).sigma == convert.UNSTATED_SIGMA
+    sigma = convert.fix_from_ros(unstated).sigma
+    assert 1.0 - math.exp(-0.5 * (8.0 / sigma) ** 2) == pytest.approx(0.95, abs=1e-3)  # Rayleigh: within 8 m (GPS SPS)
     assert convert.fix_from_ros(unstated).x == pytest.approx(30.0, abs=1e-6)
