@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -257,18 +257,19 @@ def _signals(network: Map, spans: tuple[LaneSpan, ...], path: FloatArray) -> tup
             low, high = min(leg.s_from, leg.s_to), max(leg.s_from, leg.s_to)
             if str(signal.road) != leg.road or not low <= signal.s <= high:
                 continue
-            if not _faces(network, signal, leg):
+            if not faces(network, signal, leg.road, leg.lane, leg.s_from):
                 continue
             share = abs(signal.s - leg.s_from) / max(high - low, 1e-6)
             found.append(StopSignal(str(signal.id), span.s_from + share * (span.s_to - span.s_from)))
     return tuple(sorted(found, key=lambda g: g.s))
 
 
-def _faces(network: Map, signal: object, leg: Leg) -> bool:
-    """True unless the signal is for the other direction ("+" is for traffic along increasing s) or for other lanes."""
-    validity = getattr(signal, "validity", ())
-    if validity and not any(low <= leg.lane <= high for low, high in validity):
+def faces(network: Map, signal: Any, road: str, lane: int, s: float) -> bool:
+    """True unless the signal is for the other direction ("+" is for traffic along increasing s) or for other lanes.
+
+    Judged of the traffic of a road's lane at s [m].
+    """
+    if signal.validity and not any(low <= lane <= high for low, high in signal.validity):
         return False
-    orientation = str(getattr(signal, "orientation", "none"))
-    sign = network.driving_sign(leg.road, leg.lane, leg.s_from)
+    orientation, sign = signal.orientation, network.driving_sign(road, lane, s)
     return not ((orientation == "+" and sign < 0) or (orientation == "-" and sign > 0))

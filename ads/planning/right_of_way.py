@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ads.control.spline import YAW, S, X, Y
-from ads.map_monitor import LaneSpan
+from ads.map_monitor import LaneSpan, faces
 from ads.planning.route import Leg, Map
 from ads.transforms import wrap_angle
 from vehicle.messages import FloatArray
@@ -63,12 +63,10 @@ class Priority(NamedTuple):
 def sign_of(network: Map, road: str, lane: int, at_end: bool) -> str:
     """The sign that a road's lane has where it enters a junction: "yield", "stop" or ""."""
     length = float(network.roads[road].length)
-    sign = network.driving_sign(road, lane, length if at_end else 0.0)
     for signal in network.signals:
         if str(signal.road) != road or (length - signal.s if at_end else signal.s) > BEFORE:
             continue
-        orientation = str(getattr(signal, "orientation", "none"))
-        if (orientation == "+" and sign < 0) or (orientation == "-" and sign > 0):
+        if not faces(network, signal, road, lane, length if at_end else 0.0):
             continue
         kind = str(getattr(signal, "type", "")).upper()
         country = str(getattr(signal, "country", "")).upper()

@@ -36,7 +36,7 @@ class Map(Protocol):
 
     @property
     def signals(self) -> Any:
-        """Signals with id, road, s [m]."""
+        """Signals with id, road, s [m], orientation, validity, type and country."""
 
     def locate(self, x: float, y: float, h: float | None = None, hint: Any = None) -> Any:
         """Nearest drivable lane: road, lane, s, t, offset, h_road, on_road."""

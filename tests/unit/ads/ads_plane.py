@@ -41,6 +41,8 @@ class Lamp(NamedTuple):
     id: str
     road: str
     s: float
+    orientation: str = "none"
+    validity: tuple[tuple[int, int], ...] = ()
 
 
 class Leg(NamedTuple):

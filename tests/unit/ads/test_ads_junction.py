@@ -24,14 +24,15 @@ CAR = TABBY
 FRONT = TABBY.center_x + 0.5 * TABBY.length
 
 
-def town(scenarios_dir: Path, tmp_path: Path, sign: str = "") -> RoadNetwork:
-    """The town; `sign`: type of a sign (ES) for the traffic of Garden Road that comes to the junction."""
+def town(scenarios_dir: Path, tmp_path: Path, sign: str = "", validity: str = "") -> RoadNetwork:
+    """The town; `sign`: type of a sign (ES) for the traffic of Garden Road that comes to the junction,
+    for the lanes of `validity`."""
     text = (scenarios_dir / "urban.xodr").read_text()
     if sign:
         head, tail = text.split('<road name="Garden Road"')
         signal = (
             '<signals><signal id="77" s="1" t="5" dynamic="no" orientation="-" zOffset="2" country="ES" '
-            f'type="{sign}" subtype="-1"/></signals></road>'
+            f'type="{sign}" subtype="-1">{validity}</signal></signals></road>'
         )
         text = head + '<road name="Garden Road"' + tail.replace("</road>", signal, 1)
     path = tmp_path / "town.xodr"
@@ -84,6 +85,14 @@ class TestWhoGoesFirst:
 
     def test_a_sign_for_the_other_direction_is_none(self, scenarios_dir: Path, tmp_path: Path) -> None:
         assert sign_of(town(scenarios_dir, tmp_path, "R1"), "7", -1, False) == ""
+
+    @pytest.mark.parametrize(("lanes", "sign"), [((2, 2), ""), ((1, 2), "yield")])
+    def test_a_sign_for_other_lanes_is_none(
+        self, scenarios_dir: Path, tmp_path: Path, lanes: tuple[int, int], sign: str
+    ) -> None:
+        low, high = lanes
+        validity = f'<validity fromLane="{low}" toLane="{high}"/>'
+        assert sign_of(town(scenarios_dir, tmp_path, "R1", validity), "7", 1, False) == sign
 
 
 def oncoming(y: float, v: float) -> Detection:
