@@ -106,10 +106,13 @@ def along_route(
     left = inside.path_s
     stretches = way(board, round_trip(places, closed))
     whole = sum(abs(stretch.s_to - stretch.s_from) for stretch in stretches)
-    if closed and whole > 0.0 and left > whole:
+    inside_route = 0.0 <= left <= whole + ROUNDING
+    if closed and whole > 0.0 and not inside_route:
         left %= whole
-    elif not 0.0 <= left <= whole + ROUNDING:
+    elif not inside_route:
         text = f"pathS = {left:g} m is beyond the route, which has {whole:g} m: the nearer end of it is taken"
+        if not stretches:
+            text = f"no way leads along the waypoints of the route: pathS = {left:g} m is taken as its first waypoint"
         board.warn(inside, "beyond-route", text)
         left = max(left, 0.0)
     first = _point(board, places[0])

@@ -44,6 +44,7 @@ STRETCHES = (RouteLane("1", -1, 20.0, 100.0), RouteLane("2", 1, 50.0, 0.0), Rout
         (135.0, "3", -2, 5.0),
         (160.0, "3", -2, 30.0),
         (999.0, "3", -2, 30.0),  # beyond its end
+        (-5.0, "1", -1, 20.0),  # before its beginning
     ],
 )
 def test_a_place_along_a_route_is_so_many_metres_of_its_stretches_away(
@@ -53,7 +54,7 @@ def test_a_place_along_a_route_is_so_many_metres_of_its_stretches_away(
     warned: list[str] = []
     board: Any = SimpleNamespace(
         network=SimpleNamespace(lane_t=lambda road, lane, s: 3.5 * lane + 0.01 * s),
-        warn=lambda element, code, text: warned.append(code),
+        warn=lambda element, code, text: warned.append(f"{code}: {text}"),
     )
     inside: Any = model.PositionInLaneCoordinates(path_s=path_s, lane_id=7, lane_offset=0.4)
     assert along_route(board, [at("1", -1, 20.0)], inside) == RoadPoint(road, 7, pytest.approx(s), 0.4)
@@ -62,10 +63,13 @@ def test_a_place_along_a_route_is_so_many_metres_of_its_stretches_away(
     assert along_route(board, [at("1", -1, 20.0)], beside) == RoadPoint(
         road, lane, pytest.approx(s), pytest.approx(offset)
     )
-    assert warned == (["beyond-route"] * 2 if path_s > 160.0 else [])
+    text = f"pathS = {path_s:g} m is beyond the route, which has 160 m: the nearer end of it is taken"
+    assert warned == ([f"beyond-route: {text}"] * 2 if not 0.0 <= path_s <= 160.0 else [])
 
 
-@pytest.mark.parametrize(("path_s", "road", "s"), [(160.0, "3", 30.0), (161.0, "1", 21.0), (325.0, "1", 25.0)])
+@pytest.mark.parametrize(
+    ("path_s", "road", "s"), [(160.0, "3", 30.0), (161.0, "1", 21.0), (325.0, "1", 25.0), (-10.0, "3", 20.0)]
+)
 def test_a_closed_route_goes_round(path_s: float, road: str, s: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 160 m with the way back to the first waypoint."""
     gone: list[Any] = []
@@ -79,10 +83,15 @@ def test_a_closed_route_goes_round(path_s: float, road: str, s: float, monkeypat
 
 def test_without_a_way_a_place_along_it_is_where_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(routes, "way", lambda board, places: ())
-    board: Any = SimpleNamespace(network=SimpleNamespace(lane_t=lambda road, lane, s: -1.75), warn=lambda *_: None)
+    warned: list[tuple[str, str]] = []
+    board: Any = SimpleNamespace(
+        network=SimpleNamespace(lane_t=lambda road, lane, s: -1.75), warn=lambda _, *said: warned.append(said)
+    )
     inside: Any = model.PositionInRoadCoordinates(path_s=30.0, t=-1.0)
     places = [at("4", -1, 12.0), at("7", -2, 3.0)]
     assert along_route(board, places, inside) == RoadPoint("4", -1, 12.0, 0.75)
+    text = "no way leads along the waypoints of the route: pathS = 30 m is taken as its first waypoint"
+    assert warned == [("beyond-route", text)]
 
 
 class Network:
