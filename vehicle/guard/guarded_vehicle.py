@@ -30,7 +30,7 @@ from vehicle.messages import (
     brake_first,
 )
 
-MEASURING = 10  # cycles, 0.2 s, that a car has for its first measurement; chosen: ten at the rate that it needs
+MEASURING = 10  # cycles that a car has for its first measurement; chosen: ten cycles of 20 ms
 STEER_RATE = 0.4  # rad/s; CommonRoad vehicle models (Althoff, Wuersching 2020), all cars
 
 
@@ -98,8 +98,10 @@ class GuardedVehicle:
         """Reset the vehicle, then arm the gate: a vehicle that needs no keys at once, any other with both.
 
         One without any key stays dry. One that needs keys is armed from what it measures itself, not from `state`: it
-        is let go on without a command until it tells, and reset a second time. Raises ArmingRefused if keys were given
-        and do not fit, or if no measurement comes.
+        is let go on without a command until it tells, and reset a second time. That its measurement is recent is
+        judged without the second reset: the one that arms may be older by as long as that takes (a LiveCar: 0.2 s and a
+        little), until the first of the run replaces it. Raises ArmingRefused if keys were given and do not fit, or if
+        no measurement comes.
         """
         self._gate.disarm()
         self._vehicle.reset(state)
