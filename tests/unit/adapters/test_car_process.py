@@ -15,6 +15,7 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
+from tests.waiting import is_gone, wait_until
 from vehicle import child_process
 from vehicle.adapter import Vehicle, VehicleLost
 from vehicle.adapters.process import CarProcess, Lease, surrogate
@@ -199,13 +200,11 @@ def test_a_car_ends_with_the_process_that_started_it(stopped: bool) -> None:
     )  # fmt: skip
     assert parent.returncode == -signal.SIGKILL
     pid = int(parent.stdout)
-    for _ in range(2000):  # until it is gone; the test's own time limit ends the wait
-        if not Path(f"/proc/{pid}").exists() or "Z (zombie)" in Path(f"/proc/{pid}/status").read_text():
-            return
-        os.sched_yield()
-        subprocess.run(["true"], check=True)
-    os.kill(pid, signal.SIGKILL)
-    pytest.fail(f"process {pid} is still there")
+    try:
+        wait_until(lambda: is_gone(pid), f"process {pid} is still there")
+    finally:
+        if not is_gone(pid):
+            os.kill(pid, signal.SIGKILL)
 
 
 def test_two_runs_never_share_a_domain() -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import is_gone, wait_until
 from vehicle import child_process
 from vehicle import interpreter_bridge as bridge_module
 from vehicle.adapter import VehicleLost
@@ -145,9 +146,8 @@ def test_it_ends_with_the_process_that_started_it() -> None:
     )
     parent = subprocess.run([sys.executable, "-c", started], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
     pid = int(parent.stdout)
-    for _ in range(2000):  # until it is gone; the test's own time limit ends the wait
-        if not Path(f"/proc/{pid}").exists() or "Z (zombie)" in Path(f"/proc/{pid}/status").read_text():
-            return
-        subprocess.run(["true"], check=True)
-    os.kill(pid, signal.SIGKILL)
-    pytest.fail(f"process {pid} is still there")
+    try:
+        wait_until(lambda: is_gone(pid), f"process {pid} is still there")
+    finally:
+        if not is_gone(pid):
+            os.kill(pid, signal.SIGKILL)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.waiting import wait_until
 from vehicle.adapter import VehicleLost
 from vehicle.guard.guard import ArmingRefused
 from vehicle.guard.host import Host
@@ -236,13 +236,13 @@ def test_a_harness_that_says_nothing_has_its_car_braked(car: GuardProcess, file:
     car.reset(START, named="toy", arming=KEYS.arming)
     car.apply(Command(0.0, 0.0, 0.5, 0.2, 0.0))
     car.step(0.05)
-    for _ in range(2000):  # until it has; the test's own time limit ends the wait
-        told = [json.loads(line) for line in file.read_text().splitlines() if line.endswith("]")]
-        if told[-1][1:] == [-7.0, 1.0]:
-            break
-        subprocess.run(["true"], check=True)
+
+    def said() -> list[list[float]]:
+        return [json.loads(line) for line in file.read_text().splitlines() if line.endswith("]")]
+
+    wait_until(lambda: said()[-1][1:] == [-7.0, 1.0], "the car is not braked")
+    told = said()
     assert any(accel > 0.0 for _, accel, _ in told)  # what was asked for went out first
-    assert told[-1][1:] == [-7.0, 1.0]
     first = next(t for t, accel, _ in told if accel == -7.0)
     assert first == pytest.approx(0.11)  # the first of its cycles that finds the command of t = 0 s 100 ms old
 
@@ -254,10 +254,7 @@ def test_what_the_gate_did_before_its_car_was_lost_is_told(file: Path) -> None:
     car.reset(START, named="toy", arming=KEYS.arming)
     car.apply(Command(0.0, 0.0, 0.5, 0.2, 0.0))
     car.step(0.05)
-    for _ in range(2000):  # until it is lost; the test's own time limit ends the wait
-        if "lost" in file.read_text():
-            break
-        subprocess.run(["true"], check=True)
+    wait_until(lambda: "lost" in file.read_text(), "the car is not lost")
     for ask in (lambda: car.observe(no_surroundings()), car.stop):
         with pytest.raises(VehicleLost, match=r"^the car has been silent for 0\.16 s$"):
             ask()
