@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 
+STALE = 0.2  # s that what a car reports of its driver's hands, its mode or its steering angle counts; chosen
+
 
 class VehicleLost(ValueError):
     """A car that died, hangs or never came; one line."""

@@ -35,8 +35,9 @@ from openscenario.road.tables import driving_signs, make_tables
 __all__ = ["Boundary", "Crosswalk", "Pose", "RoadNetwork", "RoadPosition", "RouteError", "RouteLane", "load_network"]
 
 _NAN = math.nan
-DETOUR = 2.0  # times the way along the roads that lanes may take between two places; chosen: ways through a junction
-SHORT_WAY = 50.0  # m that they may take where that is little; chosen, a junction's size
+# Lanes may take at most DETOUR times the way along the roads, plus SHORT_WAY [m].
+DETOUR = 2.0  # chosen, about one junction
+SHORT_WAY = 50.0  # m; chosen, about one junction
 MOST_JOINTS = 10_000  # of roads on one way: a ring of roads without length has no end
 
 

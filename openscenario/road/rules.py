@@ -126,25 +126,20 @@ def _levels(attributes: Attributes, road: Road, node: Node) -> None:
     if not any(lane.level for section in road.sections for lane in section.lanes):
         return
     banked = any(any((each.a, each.b, each.c, each.d)) for each in road.superelevations) or bool(road.shapes)
-    if banked:
-        first = next(
-            elements[lane.id]
-            for section, elements in zip(road.sections, _lane_nodes(node), strict=True)
-            for lane in section.lanes
-            if lane.level
-        )
-        attributes.report(
-            "road.unsupported",
-            first,
-            "a lane on level is not used: the lanes of this road lean as its superelevation and shape say",
-            attribute="level",
-            found="true",
-            severity="warning",
-        )
     for section, elements in zip(road.sections, _lane_nodes(node), strict=True):
         for side in (1, -1):
             level = False
             for lane in sorted((lane for lane in section.lanes if lane.id * side > 0), key=lambda item: abs(item.id)):
+                if lane.level and banked:
+                    attributes.report(
+                        "road.unsupported",
+                        elements[lane.id],
+                        "a lane on level is not used: the lanes of this road lean as its superelevation and shape say",
+                        attribute="level",
+                        found="true",
+                        severity="warning",
+                    )
+                    banked = False  # once a road
                 if level and not lane.level:
                     attributes.report(
                         "asam.net:xodr:1.7.0:road.lane.level_true_one_side",

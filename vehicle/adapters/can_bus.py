@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vehicle.adapter import Hands, VehicleLost
+from vehicle.adapter import STALE, Hands, VehicleLost
 from vehicle.messages import Command, Odometry
 from vehicle.wire.can_codec import Codec
 from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus
@@ -19,7 +19,6 @@ BEATS = 256  # the heartbeat counts to this
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
 GRANTED_LIVE = 300_000_000  # ns, by the wall clock
 SILENT = 150_000_000  # ns of wall time without a valid report after which a car is lost that was commanded
-STALE = 200_000_000  # ns that a reported mode, hand or steering angle counts; as topic_car.STALE
 SECOND = 1_000_000_000  # ns
 HANDS = ("override", "emergency_stop")  # reports
 
@@ -55,7 +54,7 @@ class CanActuators:
 
     @property
     def hands(self) -> Hands:
-        """As last reported; the driver's where what the car can report of them is stale."""
+        """As last reported. If a report is older than STALE, the driver counts as having taken over."""
         fresh = all(self._fresh(name) for name in HANDS if name in self._map.report)
         override, emergency_stop = (self._heard.get(name, 0.0) != 0.0 for name in HANDS)
         return Hands(override or not fresh, emergency_stop)
@@ -127,7 +126,7 @@ class CanActuators:
     def _fresh(self, name: str) -> bool:
         """Whether a report is not older than it may be; one that has not come yet is waited for as long."""
         since = self._now if self._listens is None else self._listens
-        return self._now - self._heard_at.get(name, since) < STALE
+        return self._now - self._heard_at.get(name, since) < STALE * SECOND
 
     def _take(self, came: list[Stamped], now: int) -> None:
         """Only valid reports of the car count as its life; other frames may be on the bus as well."""

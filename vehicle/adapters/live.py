@@ -214,7 +214,10 @@ class LiveCar(Ros2Vehicle):
         return {topic for topic in self.reads if self._wire().take(topic)}
 
     def _expected(self) -> set[str]:
-        """And what spoke before the run; feedback on topics counts only where it does not come over CAN."""
+        """What any car must say, and each topic that spoke before the run.
+
+        Feedback on its topic counts only where it does not come over CAN.
+        """
         unread = set() if self._by_wire is None else {topics.FEEDBACK}
         return super()._expected() | {topic.name for topic in self._spoke & set(topics.SENSED) - unread}
 

@@ -38,6 +38,7 @@ SAME = 1e-6  # s: two stamps this close are one instant
 REMEMBERED = 20  # ticks: 1 s, more than any sensor is late
 BEARING = np.radians(0.5)  # width of a bearing, in which a real thing hides what is behind it; chosen
 _APART = 1e6  # m, more than any return is away: bearing and distance in one number
+_ABOVE = 4.0  # rad, more than pi, which two elevations differ by at most: bearing and elevation in one number
 OVERLAP = 0.5  # of the union: two image boxes that are one object
 
 
@@ -212,19 +213,20 @@ def merged_points(real: FloatArray, virtual: FloatArray) -> FloatArray:
     """Real returns (n, 3) [m] in the LiDAR's frame, and those virtual ones (m, 3) [m] that no real thing hides.
 
     A thing hides what is farther away in its bearing and not higher, seen from the LiDAR: it stands on the ground, of
-    which returns therefore hide nothing that stands on it.
+    which returns therefore hide nothing that stands on it. Limit: what hangs above the road, a bridge say, hides what
+    is behind it.
     """
     if not len(real) or not len(virtual):
         return virtual if len(virtual) else real
-    near = real[np.isin(_bearing(real), np.unique(_bearing(virtual)))]
-    near = near[np.hypot(near[:, 0], near[:, 1]) > 0.0]  # a scanner may fill up its scan with zeros
-    bearing, away, up = _bearing(near), *_seen(near)
-    order = np.lexsort((away, bearing))
-    # Highest elevation so far, within a bearing: elevations are within pi of each other, bearings are 4 apart.
-    place, highest = bearing[order] * _APART + away[order], np.maximum.accumulate(4.0 * bearing[order] + up[order])
     own, distance, elevation = _bearing(virtual), *_seen(virtual)
+    bearing = _bearing(real)
+    beside = np.isin(bearing, own) & real[:, :2].any(axis=1)  # a scanner may fill up its scan with zeros
+    bearing, (away, up) = bearing[beside], _seen(real[beside])
+    order = np.lexsort((away, bearing))
+    place = bearing[order] * _APART + away[order]
+    highest = np.maximum.accumulate(bearing[order] * _ABOVE + up[order])  # so far, within a bearing
     nearer = np.searchsorted(place, own * _APART + distance)
-    hidden = np.concatenate([[-np.inf], highest])[nearer] >= 4.0 * own + elevation
+    hidden = np.concatenate([[-np.inf], highest])[nearer] >= own * _ABOVE + elevation
     return np.concatenate([real, virtual[~hidden]])
 
 

@@ -3,7 +3,7 @@
     --dvp-vehicle ros2_car:7           on DDS domain 7 of the network that CYCLONEDDS_URI describes
     --dvp-vehicle ros1_car:car.toml    on ROS 1, reached as the file says (vehicle/wire/ros1.py)
 
-Its driver's hands are two topics; who says nothing there for STALE, or has not yet, has the wheel.
+Its driver's hands are two topics; who says nothing there for `vehicle.adapter.STALE`, or has not yet, has the wheel.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vehicle.adapter import Hands, VehicleLost
+from vehicle.adapter import STALE, Hands, VehicleLost
 from vehicle.adapters.live import LiveCar, Punctuality
 from vehicle.messages import VehicleDescription, VehicleState
 from vehicle.wire import topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 
-STALE = 0.2  # s without a word of the driver's hands
 _ASKED = f"a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}"
 
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import difflib
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire.checksum import CHECKSUMS
@@ -29,9 +30,6 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "-": ("-", 1.0), "": ("-", 1.0), "1": ("-", 1.0), "%": ("-", 0.01), "percent": ("-", 0.01),
 }  # fmt: skip
 """Unit of a signal -> the SI unit and how much of it one is."""
-
-
-LARGEST_FLOAT = {16: 65504.0, 32: (2.0 - 2.0**-23) * 2.0**127, 64: sys.float_info.max}  # IEEE 754, by bits
 
 
 class CanMapError(ValueError):
@@ -257,7 +255,7 @@ def _constant(file: Path, database: Any, part: str, name: str, value: Any) -> fl
 def held_range(signal: Any) -> tuple[float, float]:
     """Least and greatest value of a DBC's signal, in its unit, that its bits can hold."""
     if signal.is_float:
-        most = LARGEST_FLOAT[signal.length]
+        most = float(np.finfo(f"f{signal.length // 8}").max)
         least = -most
     else:
         least = -(1 << signal.length - 1) if signal.is_signed else 0

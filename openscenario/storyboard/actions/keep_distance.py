@@ -25,8 +25,9 @@ class KeepDistance:
     The standard names no control law. Here: a critically damped spring between the entity and its place,
     a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits; where
     jerk has limits a changes no faster. It comes no faster than it can still brake before its place, and falls back no
-    faster than it can still accelerate there. Limits are the narrower of the action's and the vehicle's. Who has none
-    goes no faster to its place than the vehicle drives, but at the beginning and where the other one is put elsewhere.
+    faster than it can still accelerate there. Limits are the narrower of the action's and the vehicle's. Without
+    limits the entity moves at most at the vehicle's top speed, except at the start and after the other entity was
+    teleported.
     """
 
     __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_limits", "_other", "_side")
@@ -99,8 +100,8 @@ class KeepDistance:
         to_go = self._to_go()
         limit = min(limits.up if to_go < 0.0 else limits.down, 100.0)
         stiffness = STIFFNESS * limit
-        wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
         closing = entity.speed - self._other.speed
+        wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * closing
         if to_go > 0.0:
             wanted = min(wanted, _approach(to_go, closing, self._acceleration, limits.down, limits.fall, dt))
         elif to_go < 0.0:
@@ -121,9 +122,10 @@ class KeepDistance:
 
 
 def _approach(way: float, speed: float, acceleration: float, limit: float, rate: float, dt: float) -> float:
-    """The greatest acceleration [m/s^2] for a step [s] of who closes a way [m] at a speed [m/s] and is to stop at its
-    end by `limit` [m/s^2], which builds up at `rate` [m/s^3].
+    """Greatest acceleration [m/s^2] in this step [s] after which the entity can still stop closing within `way` [m].
 
+    It closes at `speed` [m/s] with `acceleration` [m/s^2], and stops by `limit` [m/s^2], which builds up at `rate`
+    [m/s^3].
     The speed v may be as great as v²/(2 a) + v a/(2 j) + v dt = way allows: the second term is the way during the
     build-up, at most. An acceleration that is still there ends at the same rate before, with its way and its gain.
     """

@@ -24,7 +24,7 @@ from vehicle.model.step_maths import lag_end
         Key("kp_brake", "-", 0.0, 2.0, neutral=0.0, least=0.02, minimum=0.0, meaning="kp while a_c <= 0"),
         Key("ki_brake", "1/s", 0.0, 1.0, neutral=0.0, least=0.005, minimum=0.0, meaning="ki while a_c <= 0"),
     ),
-    memory=(Memory("v", start="vx"), Memory("a"), Memory("sum"), Memory("dt")),
+    memory=(Memory("v"), Memory("a"), Memory("sum"), Memory("dt")),
     ties=("drive_gain", "brake_gain"),
     reveals="acceleration steps uphill and downhill",
     shown_by=ShownBy(50, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
