@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
 import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Range
 
 CUTOFF = 1.0  # Hz; averages over about the 0.5 s over which UN R79 takes the mean of jerk (-3 dB at 0.89 Hz)
+
+Cutoff: TypeAlias = Annotated[float, Range(0.1)]  # Hz, chosen: less leaves nothing of what takes seconds
 
 
 def uniform(log: Log, name: str) -> tuple[FloatArray, FloatArray]:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray, ObjectTrack
 from pytest_dvp.metrics._ego_box import ego_size
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, POSITIVE
+from pytest_dvp.metrics.metric import NotNegative, Positive
 
 SAME_TIME = 1e-6  # s
-AHEAD = {"reach": POSITIVE, "beside": NOT_NEGATIVE, "within": POSITIVE}  # ranges of these options, in m
 SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans
+
+Reach: TypeAlias = Positive  # m; of the options of all metrics of what is ahead
+Beside: TypeAlias = NotNegative  # m
+Within: TypeAlias = Positive  # m
 
 
 def objects_ahead(log: Log, reach: float, beside: float, within: float) -> list[tuple[str, FloatArray, FloatArray]]:

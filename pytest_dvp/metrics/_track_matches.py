@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +11,14 @@ from numpy.typing import NDArray
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._objects_ahead import AHEAD, SAME_TIME, is_ahead, settled_ahead
+from pytest_dvp.metrics._objects_ahead import SAME_TIME, is_ahead, settled_ahead
 from pytest_dvp.metrics._once_a_log import once_a_log
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, Series
+from pytest_dvp.metrics.metric import Measured, NotNegative, Series
 
 REACH, BESIDE, WITHIN = 20.0, 4.0, 3.0  # m: as detection_error has them
-OF_TRACKS = {**AHEAD, "beyond": NOT_NEGATIVE}  # ranges of the options that all metrics of tracks have
 _FAR = 1e6  # m; stands for no match: no object is so far away
+
+Beyond: TypeAlias = NotNegative  # m; of the options that all metrics of tracks have
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

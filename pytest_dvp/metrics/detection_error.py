@@ -6,19 +6,12 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._objects_ahead import AHEAD, objects_ahead
+from pytest_dvp.metrics._objects_ahead import Beside, Reach, Within, objects_ahead
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 
-@metric(
-    name="detection_error",
-    unit="m",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="root mean square of the position",
-    ranges=AHEAD,
-)
-def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
+@metric(name="detection_error", unit="m", bigger_is_worse=True, open_loop=True, note="root mean square of the position")
+def detection_error(log: Log, *, reach: Reach = 20.0, beside: Beside = 4.0, within: Within = 3.0) -> Measured:
     """Root mean square of the distance between road users ahead and the nearest detection of the same kind.
 
     Ahead: the middle of the box within `reach` [m] in front of the ego and `beside` [m] to a side, for SETTLED seconds.
@@ -40,8 +33,8 @@ def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, withi
     return Measured(rms, float(t[worst]), str(names[worst]), Series(t[order], error[order]), extra)
 
 
-@metric(name="missed_objects", unit="s", bigger_is_worse=True, open_loop=True, ranges=AHEAD)
-def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
+@metric(name="missed_objects", unit="s", bigger_is_worse=True, open_loop=True)
+def missed_objects(log: Log, *, reach: Reach = 20.0, beside: Beside = 4.0, within: Within = 3.0) -> Measured:
     """Total time during which a road user ahead had no detection of its kind near it; arguments as `detection_error`.
 
     Hidden ones count: the log does not know what hides what. Undefined if none was ahead.

@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics._box_gaps import distances, gaps
 from pytest_dvp.metrics._pairs import Course, pairs, worst_of
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, NotNegative, metric
 
 
 @metric(name="min_distance", unit="m", bigger_is_worse=False)
@@ -44,14 +44,8 @@ def min_distance_lateral(log: Log) -> Measured:
     return worst_of(courses, "nobody was ever next to the ego", greatest=False)
 
 
-@metric(
-    name="passing_clearance",
-    unit="m",
-    bigger_is_worse=False,
-    note="faster than {faster} m/s along the ego",
-    ranges={"faster": NOT_NEGATIVE},
-)
-def passing_clearance(log: Log, *, faster: float = 1.0) -> Measured:
+@metric(name="passing_clearance", unit="m", bigger_is_worse=False, note="faster than {faster} m/s along the ego")
+def passing_clearance(log: Log, *, faster: NotNegative = 1.0) -> Measured:
     """Least lateral free distance to what the ego passes or meets: next to it, speeds along the ego's x axis apart.
 
     As `min_distance_lateral`, but only while the longitudinal speeds differ by more than `faster` [m/s], so that two

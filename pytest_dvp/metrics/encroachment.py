@@ -7,19 +7,13 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._pairs import pairs
-from pytest_dvp.metrics.metric import POSITIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, Positive, metric
 
 LONGEST = 10.0  # s
 
 
-@metric(
-    name="pet",
-    unit="s",
-    bigger_is_worse=False,
-    note="looked for up to {longest} s; resolved to a step of a track",
-    ranges={"longest": POSITIVE},
-)
-def pet(log: Log, *, longest: float = LONGEST) -> Measured:
+@metric(name="pet", unit="s", bigger_is_worse=False, note="looked for up to {longest} s; resolved to a step of a track")
+def pet(log: Log, *, longest: Positive = LONGEST) -> Measured:
     """Post-encroachment time: least time between one leaving a place and the other one coming to it; 0 at a contact.
 
     Over all places that the oriented boxes of the ego and another road user both covered, so also of one that follows

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
 import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.metrics._box_gaps import extents
 from pytest_dvp.metrics._pairs import Course, pairs, worst_of
-from pytest_dvp.metrics.metric import POSITIVE, Measured, Range, metric
+from pytest_dvp.metrics.metric import Measured, Positive, Range, metric
 
 RESOLUTION = 0.1  # m; nearer than a log tells a gap, a contact counts as this
 RESOLVED = Range(0.0, 1.0, above=True)  # m, chosen: a contact at 5 m/s still asks for 12.5 m/s^2, beyond any brake
+Resolution: TypeAlias = Annotated[float, RESOLVED]
 
 
-@metric(
-    name="time_headway", unit="s", bigger_is_worse=False, note="ego faster than {slow} m/s", ranges={"slow": POSITIVE}
-)
-def time_headway(log: Log, *, slow: float = 0.5) -> Measured:
+@metric(name="time_headway", unit="s", bigger_is_worse=False, note="ego faster than {slow} m/s")
+def time_headway(log: Log, *, slow: Positive = 0.5) -> Measured:
     """Least time gap to what is straight ahead: free distance from front to rear bumper over the ego's own speed.
 
     Only while the ego drives forwards faster than `slow` [m/s]. Source: time gap of ISO 15622:2018 (clearance over
@@ -35,9 +36,8 @@ def time_headway(log: Log, *, slow: float = 0.5) -> Measured:
     unit="m/s^2",
     bigger_is_worse=True,
     note="gaps below {resolution} m count as that",
-    ranges={"resolution": RESOLVED},
 )
-def required_deceleration(log: Log, *, resolution: float = RESOLUTION) -> Measured:
+def required_deceleration(log: Log, *, resolution: Resolution = RESOLUTION) -> Measured:
     """Greatest constant deceleration at which the ego would just not hit what is straight ahead: dv^2 / (2 gap).
 
     dv is the speed at which the gap closes along the ego's x axis; the other one keeps its velocity. 0 while no gap

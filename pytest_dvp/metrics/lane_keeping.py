@@ -10,11 +10,11 @@ from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
-from pytest_dvp.metrics.metric import POSITIVE, Measured, Series, metric
+from pytest_dvp.metrics.metric import Measured, Positive, Series, metric
 
 
-@metric(name="lane_time_outside", unit="s", bigger_is_worse=True, note="overtaking counts", ranges={"width": POSITIVE})
-def lane_time_outside(log: Log, *, width: float = math.nan) -> Measured:
+@metric(name="lane_time_outside", unit="s", bigger_is_worse=True, note="overtaking counts")
+def lane_time_outside(log: Log, *, width: Positive = math.nan) -> Measured:
     """Time in which a corner of the ego's box was farther from the centre line of the task's lanes than half of them.
 
     The centre line is the log's reference line; the width of the lane is the column `lane_width`, where the ego is on

@@ -7,14 +7,14 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
+from pytest_dvp.metrics._even_time import CUTOFF, Cutoff, uniform
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 
 
-@metric(name="max_lateral_acceleration", unit="m/s^2", bigger_is_worse=True, note=_FILTER, ranges={"cutoff": LOW_PASS})
-def max_lateral_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
+@metric(name="max_lateral_acceleration", unit="m/s^2", bigger_is_worse=True, note=_FILTER)
+def max_lateral_acceleration(log: Log, *, cutoff: Cutoff = CUTOFF) -> Measured:
     """Greatest magnitude of the lateral acceleration of the reference point: v * yaw_rate + d(vy)/dt, filtered.
 
     From the motion and not from `ay`, which also feels banked roads; without `vy` the second term is 0. Filter as in
@@ -26,8 +26,8 @@ def max_lateral_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(abs(acceleration[worst])), float(t[worst]), "", Series(t, acceleration))
 
 
-@metric(name="max_lateral_jerk", unit="m/s^3", bigger_is_worse=True, note=_FILTER, ranges={"cutoff": LOW_PASS})
-def max_lateral_jerk(log: Log, *, cutoff: float = CUTOFF) -> Measured:
+@metric(name="max_lateral_jerk", unit="m/s^3", bigger_is_worse=True, note=_FILTER)
+def max_lateral_jerk(log: Log, *, cutoff: Cutoff = CUTOFF) -> Measured:
     """Greatest magnitude of the time derivative of the lateral acceleration of `max_lateral_acceleration`.
 
     Source: UN Regulation No. 79, 5.6.2.1.3, which bounds its mean over 0.5 s by 5 m/s^3. Undefined as that one.

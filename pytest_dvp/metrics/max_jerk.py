@@ -7,21 +7,15 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
+from pytest_dvp.metrics._even_time import CUTOFF, Cutoff, uniform
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 OTHER_CUTOFFS = (0.5, 2.0, 5.0)  # Hz
 _FILTER = "zero-phase Butterworth low pass of order 2"
 
 
-@metric(
-    name="max_jerk",
-    unit="m/s^3",
-    bigger_is_worse=True,
-    note=f"speed through a {_FILTER}, cut-off {{cutoff}} Hz",
-    ranges={"cutoff": LOW_PASS},
-)
-def max_jerk(log: Log, *, cutoff: float = CUTOFF) -> Measured:
+@metric(name="max_jerk", unit="m/s^3", bigger_is_worse=True, note=f"speed through a {_FILTER}, cut-off {{cutoff}} Hz")
+def max_jerk(log: Log, *, cutoff: Cutoff = CUTOFF) -> Measured:
     """Greatest magnitude of the longitudinal jerk: second time derivative of the filtered speed `v`.
 
     Filter: zero-phase Butterworth of order 2 with -3 dB at `cutoff` [Hz] a pass, two passes. From the speed and not

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import math
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any, Literal, TypeAlias
+from collections.abc import Callable, Iterator, Mapping
+from types import SimpleNamespace
+from typing import Annotated, Any, Literal, TypeAlias, get_args, get_type_hints
 
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -98,9 +98,8 @@ class Range:
         return " and ".join(ends)
 
 
-POSITIVE = Range(0.0, above=True)
-NOT_NEGATIVE = Range(0.0)
-LOW_PASS = Range(0.1)  # Hz, chosen: a low pass of less leaves nothing of a manoeuvre that takes seconds
+Positive: TypeAlias = Annotated[float, Range(0.0, above=True)]
+NotNegative: TypeAlias = Annotated[float, Range(0.0)]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -150,37 +149,54 @@ def metric(
     open_loop: bool = False,
     ideal: float | None = None,
     scale: float = 1.0,
-    ranges: Mapping[str, Range] = MappingProxyType({}),
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
     The function raises Undefined where the log does not define the metric. `note` may hold `{option}` fields.
-    Raises ValueError for a range of what is no option.
+    The numbers that an option may be stand in its type: `Annotated[float, Range(0.0)]`. A type that cannot be resolved
+    with the names of the function's module states none.
     """
 
     def wrap(function: Callable[..., Measured]) -> Metric:
         parameters = inspect.signature(function).parameters.values()
+        known = getattr(inspect.unwrap(function), "__globals__", {})
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
-        text = inspect.cleandoc(function.__doc__ or "")
-        if not ranges.keys() <= options.keys():
-            raise ValueError(
-                f"ranges of metric {name!r} name {sorted(ranges.keys() - options.keys())}: no option of it"
-            )
+        ranges = {p.name: _range_of(p.annotation, known) for p in parameters if p.kind == p.KEYWORD_ONLY}
         return Metric(
-            name,
-            unit,
-            bigger_is_worse,
-            logs,
-            text,
-            note,
-            options,
-            function,
-            miss,
-            open_loop,
-            ideal,
-            scale,
-            dict(ranges),
+            name=name,
+            unit=unit,
+            bigger_is_worse=bigger_is_worse,
+            logs=logs,
+            definition=inspect.cleandoc(function.__doc__ or ""),
+            note=note,
+            options=options,
+            function=function,
+            miss=miss,
+            open_loop=open_loop,
+            ideal=ideal,
+            scale=scale,
+            ranges={key: allowed for key, allowed in ranges.items() if allowed is not None},
         )
 
     return wrap
+
+
+def _range_of(annotation: Any, known: dict[str, Any]) -> Range | None:
+    """The range that the type of one option states; None if it states none, or names what is not `known`.
+
+    Each option by itself: the log's type is often imported for type checkers alone, and need not be resolved.
+    """
+    holder = SimpleNamespace(__annotations__={"option": annotation})
+    try:
+        hint = get_type_hints(holder, known, include_extras=True)["option"]
+    except Exception:  # a type of another package may be any expression
+        return None
+    return next((part for part in _parts(hint) if isinstance(part, Range)), None)
+
+
+def _parts(hint: Any) -> Iterator[Any]:
+    """What a type is made of, in any depth: of `Annotated[float, Range(0.0)] | None` also the range."""
+    for part in get_args(hint):
+        yield part
+        yield from _parts(part)

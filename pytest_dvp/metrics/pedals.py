@@ -7,20 +7,14 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
+from pytest_dvp.metrics._even_time import CUTOFF, Cutoff, uniform
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 
 
-@metric(
-    name="max_deceleration",
-    unit="m/s^2",
-    bigger_is_worse=True,
-    note=f"speed through a {_FILTER}",
-    ranges={"cutoff": LOW_PASS},
-)
-def max_deceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
+@metric(name="max_deceleration", unit="m/s^2", bigger_is_worse=True, note=f"speed through a {_FILTER}")
+def max_deceleration(log: Log, *, cutoff: Cutoff = CUTOFF) -> Measured:
     """Greatest deceleration: of the derivative of the speed `v`, filtered as in `max_jerk`, with the other sign.
 
     From the speed and not from `ax`, which also feels slopes. Source: longitudinal acceleration of ISO 8855:2011; ISO
@@ -31,14 +25,8 @@ def max_deceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(-a[worst]), float(t[worst]), "", Series(t, -a))
 
 
-@metric(
-    name="max_acceleration",
-    unit="m/s^2",
-    bigger_is_worse=True,
-    note=f"speed through a {_FILTER}",
-    ranges={"cutoff": LOW_PASS},
-)
-def max_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
+@metric(name="max_acceleration", unit="m/s^2", bigger_is_worse=True, note=f"speed through a {_FILTER}")
+def max_acceleration(log: Log, *, cutoff: Cutoff = CUTOFF) -> Measured:
     """Greatest acceleration: of the derivative of the speed `v`, filtered as in `max_jerk`.
 
     Source: as `max_deceleration`; ISO 15622:2018 bounds what a comfort system does to 2.0 m/s^2. Undefined if `v` was
@@ -49,14 +37,8 @@ def max_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     return Measured(float(a[worst]), float(t[worst]), "", Series(t, a))
 
 
-@metric(
-    name="accel_roughness",
-    unit="m/s^3",
-    bigger_is_worse=True,
-    note=f"rate of `{{signal}}` without a {_FILTER}",
-    ranges={"cutoff": LOW_PASS},
-)
-def accel_roughness(log: Log, *, signal: str = "accel_cmd", cutoff: float = CUTOFF) -> Measured:
+@metric(name="accel_roughness", unit="m/s^3", bigger_is_worse=True, note=f"rate of `{{signal}}` without a {_FILTER}")
+def accel_roughness(log: Log, *, signal: str = "accel_cmd", cutoff: Cutoff = CUTOFF) -> Measured:
     """Root mean square of the rate of the commanded acceleration above `cutoff` [Hz]: chatter, steps and noise.
 
     As `steer_roughness`, of `signal`, from the first command on. Source: definition, of this project, after McLean and

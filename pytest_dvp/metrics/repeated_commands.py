@@ -6,21 +6,14 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, NotNegative, metric
 from vehicle.messages import TICK
 
 SLOW = 0.5  # m/s; an ego that stands may well be told the same again
 
 
-@metric(
-    name="repeated_commands",
-    unit="-",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="ego faster than {slow} m/s",
-    ranges={"slow": NOT_NEGATIVE},
-)
-def repeated_commands(log: Log, *, signal: str = "steer_cmd", slow: float = SLOW) -> Measured:
+@metric(name="repeated_commands", unit="-", bigger_is_worse=True, open_loop=True, note="ego faster than {slow} m/s")
+def repeated_commands(log: Log, *, signal: str = "steer_cmd", slow: NotNegative = SLOW) -> Measured:
     """Share of the ticks of an ego faster than `slow` [m/s] at which `signal` is exactly what it was a tick before.
 
     A control loop on noisy sensors hardly ever computes the same number twice: stale, frozen and coarsely rounded

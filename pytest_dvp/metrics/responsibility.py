@@ -12,35 +12,23 @@ from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._box_gaps import corners_seen_by
 from pytest_dvp.metrics._pairs import pairs
 from pytest_dvp.metrics._presence import steps
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, POSITIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, NotNegative, Positive, metric
 
 _UNDECLARED = math.nan
 _STANDS = 1e-6  # m/s; slower stands, and a car that stands drives neither way: rounding would give it one
 
 
-_RANGES = {
-    **dict.fromkeys(("max_braking", "min_braking", "lateral_braking"), POSITIVE),
-    **dict.fromkeys(("response_time", "max_acceleration", "lateral_acceleration", "lateral_margin"), NOT_NEGATIVE),
-}
-
-
-@metric(
-    name="rss_violation",
-    unit="s",
-    bigger_is_worse=True,
-    note="axes of the ego instead of those of the lane",
-    ranges=_RANGES,
-)
+@metric(name="rss_violation", unit="s", bigger_is_worse=True, note="axes of the ego instead of those of the lane")
 def rss_violation(
     log: Log,
     *,
-    response_time: float = _UNDECLARED,
-    max_acceleration: float = _UNDECLARED,
-    max_braking: float = _UNDECLARED,
-    min_braking: float = _UNDECLARED,
-    lateral_acceleration: float = _UNDECLARED,
-    lateral_braking: float = _UNDECLARED,
-    lateral_margin: float = _UNDECLARED,
+    response_time: NotNegative = _UNDECLARED,
+    max_acceleration: NotNegative = _UNDECLARED,
+    max_braking: Positive = _UNDECLARED,
+    min_braking: Positive = _UNDECLARED,
+    lateral_acceleration: NotNegative = _UNDECLARED,
+    lateral_braking: Positive = _UNDECLARED,
+    lateral_margin: NotNegative = _UNDECLARED,
 ) -> Measured:
     """Time in which the distance to a road user was below both its longitudinal and its lateral RSS safe distance.
 

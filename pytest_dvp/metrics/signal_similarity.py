@@ -12,15 +12,15 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.signals import describe
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, Series, metric
+from pytest_dvp.metrics.metric import Measured, NotNegative, Series, metric
 
 SEEN = {"objects.x": "ahead", "objects.y": "left"}  # of the ego, where the stack saw road users
 Course: TypeAlias = tuple[FloatArray, FloatArray]  # times [s] and values
 _NOTE = "lag within +-{max_lag} s"
 
 
-@metric(name="mncc", unit="-", bigger_is_worse=False, note=_NOTE, ideal=1.0, ranges={"max_lag": NOT_NEGATIVE})
-def mncc(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
+@metric(name="mncc", unit="-", bigger_is_worse=False, note=_NOTE, ideal=1.0)
+def mncc(model: Log, measured: Log, *, signal: str, max_lag: NotNegative = MAX_LAG) -> Measured:
     """Maximum normalised cross-correlation of a signal in two logs. Blind to gain, delay and bias: see lag and gain,
     which are those of what the logs have in common, not of this maximum.
 
@@ -33,23 +33,23 @@ def mncc(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) ->
     return Measured(result.mncc, None, "", Series(result.lags, result.correlation), extra)
 
 
-@metric(name="bias", unit="-", bigger_is_worse=None, note=_NOTE, ranges={"max_lag": NOT_NEGATIVE})
-def bias(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
+@metric(name="bias", unit="-", bigger_is_worse=None, note=_NOTE)
+def bias(model: Log, measured: Log, *, signal: str, max_lag: NotNegative = MAX_LAG) -> Measured:
     """Mean of the measured signal less the model's at the lag at which they are most alike, in the signal's unit."""
     result = _compare(model, measured, signal, max_lag)
     extra = {"mncc": result.mncc, "lag": result.lag, "gain": result.gain}
     return Measured(result.bias, None, "", Series(result.lags, result.overlap), extra, _unit(signal))
 
 
-@metric(name="lag", unit="s", bigger_is_worse=None, note=_NOTE, ranges={"max_lag": NOT_NEGATIVE})
-def lag(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
+@metric(name="lag", unit="s", bigger_is_worse=None, note=_NOTE)
+def lag(model: Log, measured: Log, *, signal: str, max_lag: NotNegative = MAX_LAG) -> Measured:
     """Lag at which two logs are most alike in a signal; > 0: the measurement comes later than the model."""
     result = _compare(model, measured, signal, max_lag)
     return _measured(result, result.lag, {"mncc": result.mncc, "gain": result.gain})
 
 
-@metric(name="gain", unit="-", bigger_is_worse=None, note=_NOTE, ideal=1.0, ranges={"max_lag": NOT_NEGATIVE})
-def gain(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
+@metric(name="gain", unit="-", bigger_is_worse=None, note=_NOTE, ideal=1.0)
+def gain(model: Log, measured: Log, *, signal: str, max_lag: NotNegative = MAX_LAG) -> Measured:
     """Slope of the measured signal against the model's at the lag at which they are most alike; 1 is right."""
     result = _compare(model, measured, signal, max_lag)
     return _measured(result, result.gain, {"mncc": result.mncc, "lag": result.lag})

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import POSITIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, Positive, metric
 
 STANDING = 0.05  # m/s; slower is standing, as where a run waits at its goal
 SLOW, LEAST = 0.3, 1.0  # m/s and s: a stretch that was meant as a standstill
@@ -40,14 +40,8 @@ def stop_error(log: Log) -> Measured:
     return Measured(abs(along), float(log.t[stopped]), "", extra={"beyond": along, "left": left})
 
 
-@metric(
-    name="creep",
-    unit="m",
-    bigger_is_worse=True,
-    note="slower than {slow} m/s for {least} s",
-    ranges={"slow": POSITIVE, "least": POSITIVE},
-)
-def creep(log: Log, *, slow: float = SLOW, least: float = LEAST) -> Measured:
+@metric(name="creep", unit="m", bigger_is_worse=True, note="slower than {slow} m/s for {least} s")
+def creep(log: Log, *, slow: Positive = SLOW, least: Positive = LEAST) -> Measured:
     """Greatest distance rolled within one standstill: a stretch slower than `slow` [m/s] for at least `least` [s].
 
     Its places, the integral of v over the whole stretch, from the hindmost to the foremost: a car that rocks counts

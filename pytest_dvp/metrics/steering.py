@@ -7,21 +7,15 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._even_time import CUTOFF, uniform
-from pytest_dvp.metrics.metric import LOW_PASS, Measured, Series, metric
+from pytest_dvp.metrics._even_time import CUTOFF, Cutoff, uniform
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 RATE_CUTOFF = 5.0  # Hz; faster than a steering actuator, slower than the noise of its sensor
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 
 
-@metric(
-    name="max_steer_rate",
-    unit="rad/s",
-    bigger_is_worse=True,
-    note=f"`steer` through a {_FILTER}",
-    ranges={"cutoff": LOW_PASS},
-)
-def max_steer_rate(log: Log, *, cutoff: float = RATE_CUTOFF) -> Measured:
+@metric(name="max_steer_rate", unit="rad/s", bigger_is_worse=True, note=f"`steer` through a {_FILTER}")
+def max_steer_rate(log: Log, *, cutoff: Cutoff = RATE_CUTOFF) -> Measured:
     """Greatest magnitude of the time derivative of the road-wheel angle `steer`, filtered.
 
     Source: definition, of this project. Undefined if `steer` was not measured throughout.
@@ -33,14 +27,8 @@ def max_steer_rate(log: Log, *, cutoff: float = RATE_CUTOFF) -> Measured:
     return Measured(float(abs(rate[worst])), float(t[worst]), "", Series(t, rate))
 
 
-@metric(
-    name="steer_roughness",
-    unit="rad/s",
-    bigger_is_worse=True,
-    note=f"rate of `{{signal}}` without a {_FILTER}",
-    ranges={"cutoff": LOW_PASS},
-)
-def steer_roughness(log: Log, *, signal: str = "steer_cmd", cutoff: float = CUTOFF) -> Measured:
+@metric(name="steer_roughness", unit="rad/s", bigger_is_worse=True, note=f"rate of `{{signal}}` without a {_FILTER}")
+def steer_roughness(log: Log, *, signal: str = "steer_cmd", cutoff: Cutoff = CUTOFF) -> Measured:
     """Root mean square of the steering rate above `cutoff` [Hz]: of the derivative of `signal` less its low-passed one.
 
     A steady curve and slow steering leave 0; steps, chatter and noise do not. From the first command on. Source: high

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,10 +12,11 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
 from pytest_dvp.metrics._presence import steps
-from pytest_dvp.metrics.metric import POSITIVE, Measured, Range, Series, metric
+from pytest_dvp.metrics.metric import Measured, Positive, Range, Series, metric
 
 RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a contact counts as this one
 RESOLVED = Range(0.0, 0.1, above=True)  # s, chosen: a contact still counts as 10 1/s, beyond any bound in use
+Resolution: TypeAlias = Annotated[float, RESOLVED]
 
 
 @metric(
@@ -21,9 +24,8 @@ RESOLVED = Range(0.0, 0.1, above=True)  # s, chosen: a contact still counts as 1
     unit="1/s",
     bigger_is_worse=True,
     note="TTC resolved to {resolution} s; overlapping boxes count as that",
-    ranges={"resolution": RESOLVED},
 )
-def max_ttc_inverse(log: Log, *, resolution: float = RESOLUTION) -> Measured:
+def max_ttc_inverse(log: Log, *, resolution: Resolution = RESOLUTION) -> Measured:
     """Greatest inverse of the time to collision between the ego and any other road user.
 
     Oriented boxes, constant velocity, fixed orientation; 0 while nothing is on a collision course. A TTC below
@@ -37,8 +39,8 @@ def max_ttc_inverse(log: Log, *, resolution: float = RESOLUTION) -> Measured:
     return Measured(float(inverse[worst]), float(times[worst]), name, Series(times, inverse))
 
 
-@metric(name="tet", unit="s", bigger_is_worse=True, note="critical TTC {critical} s", ranges={"critical": POSITIVE})
-def tet(log: Log, *, critical: float = 2.0) -> Measured:
+@metric(name="tet", unit="s", bigger_is_worse=True, note="critical TTC {critical} s")
+def tet(log: Log, *, critical: Positive = 2.0) -> Measured:
     """Time exposed to a critical time to collision: sum over steps and road users of the step where TTC < critical.
 
     Source: Arango et al., Sensors 2026, 26, 1338, whose table pins the threshold between 1.78 and 2.41 s. Two road

@@ -5,20 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics._track_matches import BESIDE, OF_TRACKS, REACH, WITHIN, seen_of, worst_of
+from pytest_dvp.metrics._objects_ahead import Beside, Reach, Within
+from pytest_dvp.metrics._track_matches import BESIDE, REACH, WITHIN, Beyond, seen_of, worst_of
 from pytest_dvp.metrics.metric import Measured, metric
 
 
-@metric(
-    name="track_coasting",
-    unit="-",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="share of assigned detections",
-    ranges=OF_TRACKS,
-)
+@metric(name="track_coasting", unit="-", bigger_is_worse=True, open_loop=True, note="share of assigned detections")
 def track_coasting(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Share of the detections of road users ahead that no measurement stands behind: the track was only moved on.
 

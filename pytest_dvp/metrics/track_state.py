@@ -5,20 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics._track_matches import BESIDE, OF_TRACKS, REACH, WITHIN, seen_of, worst_of
+from pytest_dvp.metrics._objects_ahead import Beside, Reach, Within
+from pytest_dvp.metrics._track_matches import BESIDE, REACH, WITHIN, Beyond, seen_of, worst_of
 from pytest_dvp.metrics.metric import Measured, metric
 
 
-@metric(
-    name="track_speed_error",
-    unit="m/s",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="root mean square",
-    ranges=OF_TRACKS,
-)
+@metric(name="track_speed_error", unit="m/s", bigger_is_worse=True, open_loop=True, note="root mean square")
 def track_speed_error(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Root mean square of the difference between the velocity vectors of road users ahead and of their detections.
 
@@ -31,16 +25,9 @@ def track_speed_error(
     return worst_of(m, seen, error, float(np.sqrt(np.mean(error**2))), {"greatest": float(error.max())})
 
 
-@metric(
-    name="track_size_error",
-    unit="-",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="mean of 1 - overlap of sizes",
-    ranges=OF_TRACKS,
-)
+@metric(name="track_size_error", unit="-", bigger_is_worse=True, open_loop=True, note="mean of 1 - overlap of sizes")
 def track_size_error(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Mean of 1 - IoU of the true and the detected rectangle laid on each other, middle on middle and axis on axis.
 
@@ -56,16 +43,9 @@ def track_size_error(
     return worst_of(m, seen, error, float(error.mean()), {"greatest": float(error.max())})
 
 
-@metric(
-    name="kind_error",
-    unit="-",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="share of assigned detections",
-    ranges=OF_TRACKS,
-)
+@metric(name="kind_error", unit="-", bigger_is_worse=True, open_loop=True, note="share of assigned detections")
 def kind_error(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Share of the detections of road users ahead that are called another kind than the road user is.
 

@@ -7,15 +7,16 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._track_matches import BESIDE, OF_TRACKS, REACH, WITHIN, matches, offset_of, seen_of, worst_of
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, metric
+from pytest_dvp.metrics._objects_ahead import Beside, Reach, Within
+from pytest_dvp.metrics._track_matches import BESIDE, REACH, WITHIN, Beyond, matches, offset_of, seen_of, worst_of
+from pytest_dvp.metrics.metric import Measured, NotNegative, metric
 
 MOVING = 1.0  # m/s; one that is slower tells little of a delay
 
 
-@metric(name="detection_recall", unit="-", bigger_is_worse=False, open_loop=True, ideal=1.0, ranges=OF_TRACKS)
+@metric(name="detection_recall", unit="-", bigger_is_worse=False, open_loop=True, ideal=1.0)
 def detection_recall(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Share of the instants of road users ahead at which a detection was assigned to them: 1 - misses / truth.
 
@@ -36,9 +37,9 @@ def detection_recall(
     )
 
 
-@metric(name="false_tracks", unit="s", bigger_is_worse=True, open_loop=True, ranges=OF_TRACKS)
+@metric(name="false_tracks", unit="s", bigger_is_worse=True, open_loop=True)
 def false_tracks(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Time in which detections ahead belong to no road user, summed over them: two at once count twice.
 
@@ -54,16 +55,9 @@ def false_tracks(
     return Measured(len(rows) * step, float(t.min()) if len(t) else None)
 
 
-@metric(
-    name="track_position_error",
-    unit="m",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="mean over assigned ones",
-    ranges=OF_TRACKS,
-)
+@metric(name="track_position_error", unit="m", bigger_is_worse=True, open_loop=True, note="mean over assigned ones")
 def track_position_error(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Mean distance between the middles of road users ahead and of the detections assigned to them.
 
@@ -75,16 +69,9 @@ def track_position_error(
     return worst_of(m, seen, error, float(error.mean()), {"greatest": float(error.max())})
 
 
-@metric(
-    name="track_yaw_error",
-    unit="rad",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="root mean square, of axes",
-    ranges=OF_TRACKS,
-)
+@metric(name="track_yaw_error", unit="rad", bigger_is_worse=True, open_loop=True, note="root mean square, of axes")
 def track_yaw_error(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Root mean square of the angle between the axes of boxes ahead and of the detections assigned to them, 0 to pi/2.
 
@@ -103,22 +90,15 @@ def track_yaw_error(
     return worst_of(m, seen, error, float(np.sqrt(np.mean(error**2))), extra)
 
 
-@metric(
-    name="track_latency",
-    unit="s",
-    bigger_is_worse=True,
-    open_loop=True,
-    note="of those faster than {moving} m/s",
-    ranges={**OF_TRACKS, "moving": NOT_NEGATIVE},
-)
+@metric(name="track_latency", unit="s", bigger_is_worse=True, open_loop=True, note="of those faster than {moving} m/s")
 def track_latency(
     log: Log,
     *,
-    reach: float = REACH,
-    beside: float = BESIDE,
-    within: float = WITHIN,
-    beyond: float = 0.0,
-    moving: float = MOVING,
+    reach: Reach = REACH,
+    beside: Beside = BESIDE,
+    within: Within = WITHIN,
+    beyond: Beyond = 0.0,
+    moving: NotNegative = MOVING,
 ) -> Measured:
     """By how much the detections of moving road users lie behind, along their motion: least-squares delay tau.
 
@@ -137,9 +117,9 @@ def track_latency(
     return worst_of(m, seen, behind / speed2, float(behind.sum() / speed2.sum()), {})
 
 
-@metric(name="identity_switches", unit="-", bigger_is_worse=True, open_loop=True, ranges=OF_TRACKS)
+@metric(name="identity_switches", unit="-", bigger_is_worse=True, open_loop=True)
 def identity_switches(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """How often the track assigned to a road user ahead is another one than the last that was assigned to it.
 
@@ -164,17 +144,9 @@ def identity_switches(
     return Measured(float(count), when, who)
 
 
-@metric(
-    name="nees",
-    unit="-",
-    bigger_is_worse=None,
-    open_loop=True,
-    ideal=2.0,
-    note="mean; 2 is consistent",
-    ranges=OF_TRACKS,
-)
+@metric(name="nees", unit="-", bigger_is_worse=None, open_loop=True, ideal=2.0, note="mean; 2 is consistent")
 def nees(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+    log: Log, *, reach: Reach = REACH, beside: Beside = BESIDE, within: Within = WITHIN, beyond: Beyond = 0.0
 ) -> Measured:
     """Mean normalised estimation error squared of the positions: e' P^-1 e with the covariance P that the stack states.
 

@@ -12,7 +12,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
-from pytest_dvp.metrics.metric import POSITIVE, Measured, metric
+from pytest_dvp.metrics.metric import Measured, Positive, metric
 
 BACK = 50.0  # m before the line from which on a red light is the ego's
 ROLLING = 0.5  # m/s; faster has set off
@@ -61,8 +61,8 @@ def stop_line(log: Log) -> Measured:
     return Measured(best, when, who)
 
 
-@metric(name="start_up_delay", unit="s", bigger_is_worse=True, note="faster than {slow} m/s", ranges={"slow": POSITIVE})
-def start_up_delay(log: Log, *, slow: float = ROLLING) -> Measured:
+@metric(name="start_up_delay", unit="s", bigger_is_worse=True, note="faster than {slow} m/s")
+def start_up_delay(log: Log, *, slow: Positive = ROLLING) -> Measured:
     """Longest time from a light turning green until an ego that waits for it is faster than `slow` [m/s].
 
     It waits if it is slower than `slow` when the light turns green, with its front before the line, by 50 m at most; an

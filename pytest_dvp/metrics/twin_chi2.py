@@ -6,7 +6,7 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.metric import NOT_NEGATIVE, Measured, Series, metric
+from pytest_dvp.metrics.metric import Measured, NotNegative, Series, metric
 from pytest_dvp.metrics.twin_error import compared
 
 WORST = "worst"
@@ -19,10 +19,9 @@ LEAST = 2.0  # s in a regime, from which on it is judged by itself
     bigger_is_worse=True,
     note="1: only the noise of the sensors is left; of the {regime} regime",
     open_loop=True,
-    ranges={"least": NOT_NEGATIVE},
 )
 def twin_chi2(
-    model: Log, measured: Log, *, signal: str = "yaw_rate", regime: str = WORST, least: float = LEAST
+    model: Log, measured: Log, *, signal: str = "yaw_rate", regime: str = WORST, least: NotNegative = LEAST
 ) -> Measured:
     """Mean square of what the twin's answer to the measured commands leaves of `signal`, over the sensor's variance.
 

@@ -16,7 +16,6 @@ DECLARATIONS = {
     "pytest_dvp/gap/assert_matches.py:assert_matches": "public: what a user asserts of a model, each by its name",
     "pytest_dvp/gap/extend/extend.py:extend": "public: what is done to a model, each by its name",
     "vehicle/model/effect.py:effect": "public decorator: the declaration of an effect",
-    "pytest_dvp/metrics/metric.py:metric": "public decorator: the declaration of a metric",
     "vehicle/adapters/process.py:__init__": "the declaration of a car in a process of its own",
     "ads/stack.py:__init__": "the parts that a reference stack is made of, each of which a test may exchange",
 }

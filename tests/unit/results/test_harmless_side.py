@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.metrics import Measured, Range, metric
+from pytest_dvp.metrics import Range
 from pytest_dvp.verdicts.gate import Gate
 from pytest_dvp.verdicts.harmless_side import harmless_notes
 from pytest_dvp.verdicts.judging import check_gates, read_gates
@@ -68,12 +68,3 @@ def test_a_range_has_ends(limits: Range, inside: tuple[float, ...], outside: tup
     assert all(map(limits.holds, inside))
     assert not any(map(limits.holds, outside))
     assert str(limits) == told
-
-
-def test_a_range_of_what_is_no_option_is_refused() -> None:
-    def far(log: object, /, *, reach: float = 3.0) -> Measured:
-        """Something."""
-        return Measured(reach)
-
-    with pytest.raises(ValueError, match="ranges of metric 'far' name \\['rech'\\]: no option of it"):
-        metric(name="far", unit="m", bigger_is_worse=True, ranges={"rech": Range(0.0)})(far)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import pytest
 
-from pytest_dvp.metrics import find_metric
+from pytest_dvp.metrics import Range, find_metric, known_metrics
 from pytest_dvp.metrics.metric import REQUIRED, Measured, metric
+
+if TYPE_CHECKING:
+    from pytest_dvp.logs.log import Log
+
+Speed = Annotated[float, Range(0.0, 60.0)]
 
 AHEAD = {"reach": 20.0, "beside": 4.0, "within": 3.0}
 TRACKS = {**AHEAD, "beyond": 0.0}
@@ -143,3 +149,45 @@ def test_who_declares_nothing_gets_the_strict_defaults() -> None:
 def test_a_number_alone_has_neither_time_nor_object_nor_course() -> None:
     found = Measured(1.5)
     assert (found.t, found.object, found.series, dict(found.extra), found.unit) == (None, "", None, {}, "")
+
+
+def test_the_type_of_an_option_states_its_range() -> None:
+    """What a type checker alone knows, as the log's type here, takes no range from the options."""
+
+    def far(
+        log: Log,
+        *,
+        speed: Speed = 1.0,
+        after: Annotated[float, "s", Range(2.0)] = 3.0,
+        until: Speed | None = None,
+        foreign: Nowhere = 1.0,  # type: ignore[name-defined]  # noqa: F821
+        broken: "Annotated[float, Range(1)" = 1.0,  # type: ignore  # noqa: F722
+        plain: float = 1.0,
+    ) -> Measured:
+        """Something."""
+        return Measured(speed)
+
+    @functools.wraps(far)
+    def wrapped(*logs: Any, **options: Any) -> Measured:
+        return far(*logs, **options)
+
+    stated = {"speed": Range(0.0, 60.0), "after": Range(2.0), "until": Range(0.0, 60.0)}
+    for function in (far, wrapped):
+        made = metric(name="far", unit="m", bigger_is_worse=True)(function)
+        assert dict(made.ranges) == stated
+        assert list(made.options) == ["speed", "after", "until", "foreign", "broken", "plain"]
+
+
+def test_a_type_that_is_no_text_states_its_range_too() -> None:
+    def far(log: object, *, speed: float = 1.0) -> Measured:
+        """Something."""
+        return Measured(speed)
+
+    far.__annotations__["speed"] = Speed  # as in a module without `from __future__ import annotations`
+    assert dict(metric(name="far", unit="m", bigger_is_worse=True)(far).ranges) == {"speed": Range(0.0, 60.0)}
+
+
+@pytest.mark.parametrize("name", sorted(OPTIONS))
+def test_each_number_that_a_metric_may_be_asked_with_has_a_range(name: str) -> None:
+    found = known_metrics()[name]
+    assert {key for key, default in found.options.items() if isinstance(default, float)} == set(found.ranges)
