@@ -118,13 +118,19 @@ def _arrays(log: Log) -> list[np.ndarray[Any, Any]]:
 
 
 def measured(name: str, log: Log) -> MetricValue:
-    """A metric of one log with its defaults; one that breaks, perhaps a user's, is not valid and says where."""
+    """A metric of one log with its defaults; one that fails, perhaps a user's, is not valid and says where."""
     try:
         return compute(name, log)
     except Exception as error:  # it must not cost the run and all other metrics
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        why = f"the metric broke: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
-        return MetricValue(name, None, find_metric(name).unit, None, "", False, why, None, {}, "")
+        return MetricValue(name, None, find_metric(name).unit, None, "", False, why_failed(error), None, {}, "")
+
+
+def why_failed(error: Exception) -> str:
+    """What to say of a metric that raised, with FILE:LINE of what raised; a MetricError says it all itself."""
+    if isinstance(error, MetricError):
+        return str(error)
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"the metric failed: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
 
 
 def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> MetricValue:

@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
+from pytest_dvp.metrics import MetricValue, compute, find_metric
+from pytest_dvp.metrics.registry import why_failed
 from pytest_dvp.metrics.task_outcome import storyboard_events
 from pytest_dvp.verdicts.clean_gates import applies
 from pytest_dvp.verdicts.excited_parameters import unexcited
@@ -224,10 +225,8 @@ def _storyboard(missed: Sequence[str], log: Log) -> list[Verdict]:
 def _judge(gate: Gate, log: Log, measured: Log | None = None) -> Verdict:
     try:
         value = _evaluate(gate, log, measured)
-    except MetricError as error:
-        return _verdict(gate, "ERROR", None, str(error))
     except Exception as error:  # a metric of another package may raise anything; one bad metric must not end the run
-        return _verdict(gate, "ERROR", None, f"the metric failed: {type(error).__name__}: {error}")
+        return _verdict(gate, "ERROR", None, why_failed(error))
     if not value.valid or value.value is None:
         return _verdict(gate, "INCONCLUSIVE", value, value.reason)
     missed: Status = find_metric(gate.metric).miss

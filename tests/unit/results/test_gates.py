@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -181,7 +182,8 @@ def test_metric_that_raises_is_an_error_and_the_others_are_judged(monkeypatch: p
     monkeypatch.setattr(registry, "known_metrics", lambda: table)
     verdicts = judge([Gate("broken", max=1.0), Gate("collision", max=0.0)], CLOSING)
     assert [verdict.status for verdict in verdicts] == ["ERROR", "PASS"]
-    assert "the metric failed: ZeroDivisionError: division by zero" in verdicts[0].message
+    said = r"the metric failed: ZeroDivisionError: division by zero \(test_gates\.py:\d+\)"
+    assert re.fullmatch(said, verdicts[0].reason)
     assert overall(verdicts) == "ERROR"
 
 
