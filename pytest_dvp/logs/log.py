@@ -47,4 +47,4 @@ class Log(LogContents):
         """The columns as a pandas table; pandas is imported here only."""
         import pandas as pd
 
-        return pd.DataFrame(self.columns)
+        return pd.DataFrame(dict(self.columns))

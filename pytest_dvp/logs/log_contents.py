@@ -130,8 +130,8 @@ class LogContents:
     Raises LogError if the columns do not belong together.
     """
 
-    columns: dict[str, FloatArray]
-    objects: dict[str, ObjectTrack] = dataclasses.field(default_factory=dict)
+    columns: Mapping[str, FloatArray]
+    objects: Mapping[str, ObjectTrack] = dataclasses.field(default_factory=dict)
     detections: DetectionTable = dataclasses.field(default_factory=no_detections)
     paths: Sequence[tuple[float, FloatArray]] = ()
     reference: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))

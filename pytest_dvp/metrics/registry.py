@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import difflib
 import functools
@@ -14,17 +13,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, FloatArray, ObjectTrack
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.obeyed_commands import divergence_time
 from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics._once_a_log import once_a_log
 from pytest_dvp.metrics.metric import REQUIRED, Measured, Metric, MetricError, MetricValue
 
 ENTRY_POINTS = "pytest_dvp.metrics"
+Table = TypeVar("Table", ObjectTrack, DetectionTable)
 
 
 @functools.cache
@@ -96,25 +98,34 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-@contextlib.contextmanager
-def _unwritable(logs: Iterable[Log]) -> Iterator[None]:
-    """What was recorded stays as it was recorded, whatever a metric does with it."""
-    arrays = [array for log in logs for array in _arrays(log) if array.flags.writeable]
-    for array in arrays:
-        array.setflags(write=False)
-    try:
-        yield
-    finally:
-        for array in (*arrays, *arrays):  # one that looks at another one's numbers can be written only after that one
-            with contextlib.suppress(ValueError):
-                array.setflags(write=True)
+def _unwritable(log: Log) -> Log:
+    """The log as metrics see it: none can write a number of it, or put another column or track in the place of one."""
+    return _views(log, tuple((name, id(held)) for name, held in (*log.columns.items(), *log.objects.items())))
 
 
-def _arrays(log: Log) -> list[np.ndarray[Any, Any]]:
-    tables: tuple[Any, ...] = (*log.objects.values(), log.detections)
-    of_tables = (getattr(table, field.name) for table in tables for field in dataclasses.fields(table))
-    held = (*log.columns.values(), log.reference, *of_tables)
-    return [value for value in held if isinstance(value, np.ndarray)]
+@once_a_log
+def _views(log: Log, held: tuple[tuple[str, int], ...]) -> Log:
+    """Once for what a log has `held`: all metrics share it, until whoever owns the log puts another column in it."""
+    return dataclasses.replace(
+        log,
+        columns=MappingProxyType({name: _locked(column) for name, column in log.columns.items()}),
+        objects=MappingProxyType({name: _of_locked(track) for name, track in log.objects.items()}),
+        detections=_of_locked(log.detections),
+        paths=tuple((t, _locked(points)) for t, points in log.paths),
+        reference=_locked(log.reference),
+    )
+
+
+def _of_locked(table: Table) -> Table:
+    held = {field.name: getattr(table, field.name) for field in dataclasses.fields(table)}
+    arrays: dict[str, Any] = {name: _locked(value) for name, value in held.items() if isinstance(value, np.ndarray)}
+    return dataclasses.replace(table, **arrays)
+
+
+def _locked(array: FloatArray) -> FloatArray:
+    view = np.asarray(array).view()
+    view.setflags(write=False)
+    return view
 
 
 def measured(name: str, log: Log) -> MetricValue:
@@ -136,8 +147,8 @@ def why_failed(error: Exception) -> str:
 def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> MetricValue:
     """Evaluate a metric of one log, or of two: `log` is then the model's and `other` the measured one.
 
-    Undefined metrics are not valid and say why; a value that is not finite never is. While it is evaluated, no column,
-    track or detection of a log can be written. Raises MetricError for an unknown name or option, or for a metric that
+    Undefined metrics are not valid and say why; a value that is not finite never is. It is given a log whose columns,
+    tracks, detections and paths it cannot write. Raises MetricError for an unknown name or option, or for a metric that
     gives no Measured, and what the metric raises.
     """
     chosen = find_metric(name)
@@ -156,8 +167,8 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     if not chosen.open_loop and apart is not None:
         return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:
-        with np.errstate(all="ignore"), _unwritable(logs):  # an absurd log may overflow: not finite is not valid
-            result = chosen(*logs, **options)
+        with np.errstate(all="ignore"):  # an absurd log may overflow: not finite is not valid
+            result = chosen(*map(_unwritable, logs), **options)
     except (Undefined, LogError) as error:
         return invalid(str(error).removeprefix("log: "))
     if not isinstance(result, Measured):

@@ -7,10 +7,12 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
-from results_logs import drive_straight, log_of
+from results_logs import drive_straight, log_of, times, track
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable
 from pytest_dvp.metrics import Measured, MetricError, compute, find_metric, known_metrics, metric, registry
 from pytest_dvp.metrics.metric import Metric
 
@@ -138,7 +140,35 @@ def _writes(log: Log) -> Measured:
     return _held(log)
 
 
-def _breaks(log: Log) -> Measured:
+def _writes_a_track(log: Log) -> Measured:
+    next(iter(log.objects.values())).x[:] = 0.0
+    return _held(log)
+
+
+def _writes_a_detection(log: Log) -> Measured:
+    log.detections.x[:] = 0.0
+    return _held(log)
+
+
+def _puts_a_column(log: Log) -> Measured:
+    log.columns["v"] = np.zeros(len(log.t))  # type: ignore[index]
+    return _held(log)
+
+
+def _puts_a_track(log: Log) -> Measured:
+    log.objects["other"] = next(iter(log.objects.values()))  # type: ignore[index]
+    return _held(log)
+
+
+def _as_a_frame(log: Log) -> Measured:
+    return Measured(float(log.to_frame()["v"].max()))
+
+
+def _which_log(log: Log) -> Measured:
+    return Measured(float(id(log)))
+
+
+def _fails(log: Log) -> Measured:
     raise IndexError("boom")
 
 
@@ -146,28 +176,67 @@ def _gives_a_number(log: Log) -> Measured:
     return 3.0  # type: ignore[return-value]
 
 
+FURTHER = {
+    "writes": _writes,
+    "writes a track": _writes_a_track,
+    "writes a detection": _writes_a_detection,
+    "puts a column": _puts_a_column,
+    "puts a track": _puts_a_track,
+    "as a frame": _as_a_frame,
+    "which log": _which_log,
+    "fails": _fails,
+    "number": _gives_a_number,
+    "held": _held,
+}
+
+
 @pytest.fixture
 def further(monkeypatch: pytest.MonkeyPatch) -> None:
-    mine = {
-        name: metric(name=name, unit="m/s", bigger_is_worse=True)(function)
-        for name, function in (("writes", _writes), ("breaks", _breaks), ("number", _gives_a_number), ("held", _held))
-    }
+    mine = {name: metric(name=name, unit="m/s", bigger_is_worse=True)(function) for name, function in FURTHER.items()}
     monkeypatch.setattr(registry, "known_metrics", lambda: mine)
 
 
-def test_a_metric_cannot_change_what_was_recorded(further: None) -> None:
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("writes", "read-only"),
+        ("writes a track", "read-only"),
+        ("writes a detection", "read-only"),
+        ("puts a column", "does not support item assignment"),
+        ("puts a track", "does not support item assignment"),
+    ],
+)
+def test_a_metric_cannot_change_what_was_recorded(further: None, name: str, said: str) -> None:
     """It once wrote into the log, which then passed other gates and was written so."""
+    t = times()
+    one = np.ones(1)
+    seen = DetectionTable(t=one, kind=("car",), x=one, y=one, yaw=one, length=one, width=one, vx=one, vy=one)
+    log = drive_straight(5.0, objects={"car": track(t, 12.0, 0.0)}, detections=seen)
+    with pytest.raises((ValueError, TypeError), match=said):
+        compute(name, log)
+    assert (compute("held", log).value, list(log.objects), log.detections.x[0]) == (pytest.approx(5.0), ["car"], 1.0)
+    assert compute("as a frame", log).value == pytest.approx(5.0)
+
+
+def test_whoever_owns_a_log_may_still_write_it(further: None) -> None:
     log = drive_straight(5.0)
-    with pytest.raises(ValueError, match="read-only"):
-        compute("writes", log)
     assert compute("held", log).value == pytest.approx(5.0)
-    log["v"][0] = 4.0  # whoever records may still write
+    log["v"][0] = 6.0
+    assert compute("held", log).value == pytest.approx(6.0)
+    log.columns["v"] = np.full(len(log.t), 4.0)  # type: ignore[index]
+    assert compute("held", log).value == pytest.approx(4.0)
 
 
-def test_a_metric_that_breaks_costs_neither_the_run_nor_other_metrics(further: None) -> None:
+def test_all_metrics_of_a_log_are_given_the_same_one(further: None) -> None:
+    """What several metrics need is kept by the log that they are given."""
     log = drive_straight(5.0)
-    broken = registry.measured("breaks", log)
-    assert not broken.valid
-    assert re.fullmatch(r"the metric failed: IndexError: boom \(test_metric_registry\.py:\d+\)", broken.reason)
+    assert compute("which log", log).value == compute("which log", log).value != float(id(log))
+
+
+def test_a_metric_that_fails_costs_neither_the_run_nor_other_metrics(further: None) -> None:
+    log = drive_straight(5.0)
+    failed = registry.measured("fails", log)
+    assert not failed.valid
+    assert re.fullmatch(r"the metric failed: IndexError: boom \(test_metric_registry\.py:\d+\)", failed.reason)
     assert registry.measured("number", log).reason == "metric 'number' gave float, expected Measured"
     assert registry.measured("held", log).valid
