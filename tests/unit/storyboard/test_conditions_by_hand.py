@@ -12,6 +12,7 @@ from openscenario import model
 from openscenario.storyboard.conditions import motion, values
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import _orientation, _some
+from openscenario.storyboard.world import World
 
 RULES = ("greaterThan", "greaterOrEqual", "lessThan", "lessOrEqual", "equalTo", "notEqualTo")
 
@@ -34,13 +35,13 @@ def test_a_time_is_compared_with_the_resolution_of_a_clock(time: float, holds: t
 
 
 def test_a_signal_is_in_the_state_asked_for() -> None:
-    signals: dict[str, str] = {}
-    scope: Any = SimpleNamespace(board=SimpleNamespace(world=SimpleNamespace(signals=signals)))
+    world = World()
+    scope: Any = SimpleNamespace(board=SimpleNamespace(world=world))
     test = values.traffic_signal(SimpleNamespace(name="s", state="red"), None, scope)  # type: ignore[arg-type]
     assert test() is False
-    signals["s"] = "red"
+    world.show("s", "red")
     assert test() is True
-    signals["s"] = "green"
+    world.show("s", "green")
     assert test() is False
 
 

@@ -22,6 +22,7 @@ from openscenario.storyboard.report import report
 from openscenario.storyboard.signals import Program, programs
 from openscenario.storyboard.trailers import couple, couples, draw, line_up, train, uncouple
 from openscenario.storyboard.values import COMPARISONS, Values, compare, typed
+from openscenario.storyboard.world import World
 
 # --- names
 
@@ -177,17 +178,17 @@ def program(*phases: tuple[str, float], start: float = 0.0) -> Program:
 
 
 def test_a_light_that_an_action_sets_keeps_until_the_next_phase() -> None:
-    lights, world = program(("red", 3.0), ("green", 2.0)), SimpleNamespace(signals={})
-    lights.show(0.0, world)  # type: ignore[arg-type]
+    lights, world = program(("red", 3.0), ("green", 2.0)), World()
+    lights.show(0.0, world)
     assert world.signals == {"1": "red"}
     world.signals["1"] = "off"
-    lights.show(2.9, world)  # type: ignore[arg-type]
+    lights.show(2.9, world)
     assert world.signals == {"1": "off"}
-    lights.show(3.0, world)  # type: ignore[arg-type]
+    lights.show(3.0, world)
     assert world.signals == {"1": "green"}
     lights.begin("green", 4.0)  # anew
     world.signals["1"] = "off"
-    lights.show(4.0, world)  # type: ignore[arg-type]
+    lights.show(4.0, world)
     assert world.signals == {"1": "green"}
     assert [name and name.name for name in (lights.phase(5.9), lights.phase(6.0))] == ["green", "red"]
 
