@@ -28,6 +28,8 @@ class Diagnosed:
     input_scales scales of the model's input map that do the same as this effect
     scaled_by    (scale of the input map, parameter): the parameter is held where this scale is fitted, for scale and
                  parameters together could all be larger or smaller by the same factor
+    surroundings True for the road and the air: the model's value is that of the drives it was learnt from, and another
+                 drive has one of its own
     hides_in     (parameter of S, place): parameters whose tuned value may stand in for this effect, and its place among
                  the effects tried for each; only the first few are tried
     """
@@ -45,4 +47,5 @@ class Diagnosed:
     delay_error: float = 0.1
     input_scales: tuple[str, ...] = ()
     scaled_by: tuple[tuple[str, str], ...] = ()
+    surroundings: bool = False
     hides_in: tuple[tuple[str, int], ...] = ()

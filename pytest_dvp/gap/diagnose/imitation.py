@@ -187,6 +187,20 @@ def _open_down_to(target: ExperimentSet, candidate: Candidate, c: Coordinate) ->
     return c.value(high)
 
 
+def of_other_drives(model: VehicleModel, tried: Iterable[Candidate]) -> dict[str, dict[str, float]]:
+    """How large the road and the air are that the model was learnt on, by key: another drive has its own, and the one
+    draw that is known of them says that theirs may be as large, to either side."""
+    present = {a.name: a.values for a in model.effects}
+    found: dict[str, dict[str, float]] = {}
+    for candidate in tried:
+        if candidate.name in present and candidate.effect.diagnosed.surroundings:
+            for c in sizes(candidate.coordinates):
+                size = abs(present[candidate.name].get(c.key.name, c.key.neutral) - c.key.neutral)
+                if isfinite(size):
+                    found.setdefault(candidate.name, {})[c.key.name] = as_measured(size)
+    return found
+
+
 def larger(
     some: Mapping[str, Mapping[str, float]], others: Mapping[str, Mapping[str, float]]
 ) -> dict[str, dict[str, float]]:

@@ -10,7 +10,7 @@ from pytest_dvp.gap.diagnose.candidates import candidates, candidates_of
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, refitted
 from pytest_dvp.gap.diagnose.fitted_values import Estimates, estimates
-from pytest_dvp.gap.diagnose.imitation import imitation, larger, placebos, unseen
+from pytest_dvp.gap.diagnose.imitation import imitation, larger, of_other_drives, placebos, unseen
 from pytest_dvp.gap.diagnose.lasting_remainder import as_measured
 from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.diagnose.sensors_alone import sensor_effects
@@ -35,10 +35,11 @@ def with_shape(
     known = {**catalogue(), **{e.name: e for e in effects}}
     tried = candidates(twin, known.values(), ay="ay" in groups[0].channels, refined=True)
     sizes, limits = placebos(groups, tried, twin)
+    elsewhere = of_other_drives(twin, tried)
     shape = dataclasses.replace(
         twin.remainder_shape,
         anew=_anew(groups),
-        imitates=larger(imitation([group.lasting() for group in groups], tried), sizes),
+        imitates=larger(larger(imitation([group.lasting() for group in groups], tried), sizes), elsewhere),
         limits=limits,
         unseen=unseen(groups, tried, twin),
         sensors=imitation([group.reckoned() for group in groups], sensor_effects(tried)),

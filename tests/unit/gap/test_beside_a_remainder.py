@@ -11,9 +11,10 @@ import pytest
 from pytest_dvp.gap.diagnose import imitation as imitation_module
 from pytest_dvp.gap.diagnose import quiet_effects, removal, rivals, standing, veto
 from pytest_dvp.gap.diagnose.beyond_remainder import is_evident_apart
+from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold
-from pytest_dvp.gap.diagnose.imitation import placebos
+from pytest_dvp.gap.diagnose.imitation import of_other_drives, placebos
 from pytest_dvp.gap.diagnose.removal import SearchSpace
 from pytest_dvp.gap.diagnose.rivals import rivals_of
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
@@ -21,6 +22,7 @@ from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
 from pytest_dvp.gap.extend import twin_remainder
 from tests.unit.gap.linear_world import BRAKE, DRIVE, World, a_search, a_trial, direction, tried
 from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.model_file import parse_model
 from vehicle.model.remainder_shape import RemainderShape
 
 FADE = ("brake_fade", "k")
@@ -253,6 +255,7 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
             if groups[0] == "lasting"
             else {c.name: {"b": 0.001} for c in tried}
         ),
+        "of_other_drives": lambda twin, tried: {"road_bank": {"slope": 0.01}},
         "unseen": lambda groups, tried, twin: {"power_limit": {"limit": float(len(groups))}},
         "_anew": lambda groups: {"ax": 2.0},
     }.items():
@@ -260,8 +263,8 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
     twin = dataclasses.make_dataclass("Twin", ["remainder", "remainder_shape"])({"v": 1.0}, RemainderShape({"v": 0.1}))
     shape = twin_remainder.with_shape(twin, {"a": None}, {"b": None}, ()).remainder_shape  # type: ignore[arg-type, dict-item]
     assert shape == RemainderShape(
-        {"v": 0.1}, {"mass": {"ratio": 0.2}, "roll": {"gain": 0.3}}, {"ax": 2.0}, {"jerk_limit": {"limit": 9.0}},
-        {"power_limit": {"limit": 2.0}}, sensors={"gyro_bias": {"b": 0.001}},
+        {"v": 0.1}, {"mass": {"ratio": 0.2}, "roll": {"gain": 0.3}, "road_bank": {"slope": 0.01}}, {"ax": 2.0},
+        {"jerk_limit": {"limit": 9.0}}, {"power_limit": {"limit": 2.0}}, sensors={"gyro_bias": {"b": 0.001}},
     )  # fmt: skip
     three: Any = {"a": None, "b": None, "c": None}  # nothing held out: each drive says what it looks like
     assert twin_remainder.with_shape(twin, three, {}, ()).remainder_shape.unseen == {"power_limit": {"limit": 3.0}}  # type: ignore[arg-type]
@@ -269,3 +272,18 @@ def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatc
     assert alone.remainder_shape.unseen == {"power_limit": {"limit": 1.0}}
     bare = dataclasses.replace(twin, remainder={})
     assert twin_remainder.with_shape(bare, {"a": None}, {}, ()) is bare  # type: ignore[arg-type, dict-item]
+
+
+def test_the_road_and_the_air_of_a_twin_are_those_of_its_drives() -> None:
+    """Others have their own, which may be as large and to the other side. What the car has goes with it."""
+    car = "[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\n"
+    road = "[[effect]]\nname = 'road_bank'\nparameters = {slope = {value = -0.0064}, heading = {value = 0.3}}\n"
+    wind = "[[effect]]\nname = 'headwind'\nparameters = {speed = {value = 3.0}, k = {value = 0.0006}}\n"
+    rolling = "[[effect]]\nname = 'rolling_resistance'\nparameters = {c = {value = 0.1}}\n"
+    twin = parse_model(car + road + wind + rolling)
+    among = candidates(twin, [find_effect(name) for name in ("road_bank", "headwind", "rolling_resistance")], ay=True)
+    found = of_other_drives(twin, among)
+    assert found["road_bank"] == {"slope": 0.0064}
+    assert found["headwind"]["speed"] == 3.0
+    assert set(found) == {"road_bank", "headwind"}
+    assert of_other_drives(parse_model(car), among) == {}

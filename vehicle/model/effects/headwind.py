@@ -56,7 +56,7 @@ from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
     ),
     reveals="the same straight at two constant speeds, in both directions",
     shown_by=ShownBy(200, (DRIVE, SPEED), (("speed", 5.0, "5 m/s"), TURNS_AROUND), usual=(("speed", 10.0, "10 m/s"),)),
-    diagnosed=Diagnosed(held=("heading",)),
+    diagnosed=Diagnosed(held=("heading",), surroundings=True),
 )
 def headwind(x: Bus, p: Any, m: Any) -> None:
     ahead = p.speed if p.heading == inf else p.speed * cos(x.yaw - p.heading)

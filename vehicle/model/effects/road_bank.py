@@ -6,6 +6,7 @@ from math import cos
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import DRIVES_10_S, TURN, TURNS_AROUND, ShownBy
 
@@ -34,6 +35,7 @@ from vehicle.model.shown_by import DRIVES_10_S, TURN, TURNS_AROUND, ShownBy
     ),
     reveals="the same straight driven in both directions, hands off",
     shown_by=ShownBy(230, (TURN, ("ay",)), (DRIVES_10_S, TURNS_AROUND)),
+    diagnosed=Diagnosed(surroundings=True),
 )
 def road_bank(x: Bus, p: Any, m: Any) -> None:
     x.bank += p.slope * cos(x.yaw - p.heading)

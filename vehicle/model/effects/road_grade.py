@@ -6,6 +6,7 @@ from math import cos
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, TURNS_AROUND, ShownBy
 
@@ -23,6 +24,7 @@ from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, TURNS_AROUND, Show
     ties=("rolling_resistance",),
     reveals="the same straight driven in both directions at constant command",
     shown_by=ShownBy(220, (SPEED, ("ax", *DRIVE)), (DRIVES_10_S, TURNS_AROUND)),
+    diagnosed=Diagnosed(surroundings=True),
 )
 def road_grade(x: Bus, p: Any, m: Any) -> None:
     x.grade += p.slope * cos(x.yaw - p.heading)

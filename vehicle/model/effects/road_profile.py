@@ -49,7 +49,11 @@ from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, ShownBy
     ),
     reveals="several passes over the same place, in both directions and beside each other",
     shown_by=ShownBy(235, (SPEED, ("ax", "ay", *DRIVE), ("x",)), (DRIVES_10_S,)),
-    diagnosed=Diagnosed(refines=("road_grade", "road_bank"), seen_as=(("road_grade", "place"), ("road_bank", "place"))),
+    diagnosed=Diagnosed(
+        refines=("road_grade", "road_bank"),
+        seen_as=(("road_grade", "place"), ("road_bank", "place")),
+        surroundings=True,
+    ),
 )
 def road_profile(x: Bus, p: Any, m: Any) -> None:
     if p.height != 0.0:
