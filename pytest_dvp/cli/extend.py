@@ -44,6 +44,11 @@ if TYPE_CHECKING:
 
 PLACE = 100  # in `dvp --help`
 
+_TOGETHER = (
+    "effects that are named are fitted one after another; from the values that a diagnosis found, all begin together: "
+    "dvp diagnose ... --json > D.json, then --from D.json beside --add"
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare model, logs to fit and to hold out, effects to add or remove, gates and the new model file."""
@@ -55,7 +60,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose confirms", default=[])
     many("--remove", "EFFECT", "effect of the model that the car does not have", default=[])
     parser.add_argument(
-        "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` confirmed"
+        "--from",
+        dest="diagnosis",
+        metavar="D.json",
+        help="add the effects that `dvp diagnose --json` confirmed, from the values that it found; others with --add",
     )
     parser.add_argument("--refit", action="store_true", help="also fit the other effects of the model again")
     parser.add_argument(
@@ -112,7 +120,7 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"dvp extend: {text}", file=sys.stderr)
     rivals: dict[str, tuple[str, ...]] = {}
     with progress("dvp extend", "extending") as tick:
-        start = None
+        start = dict(wanted.values)
         if wanted.empty and not (arguments.refit or arguments.grow):
             fitted = select_parts(arguments.fit, logs, model)
             judged = select_parts(arguments.held_out, held_out, model)
@@ -124,7 +132,7 @@ def execute(arguments: argparse.Namespace) -> int:
             if wanted.nothing:
                 return _copied(arguments, wanted.nothing, wanted.verdict)
             rivals = {effect.name: effect.rivals for effect in found.effects}
-            start = found.values
+            start = dict(found.values)
         own, fitted_on = tuple(extra.values()), [provenance(text) for text in arguments.fit]
         if arguments.grow:
             parts = select_parts(arguments.fit, logs, model)
@@ -161,8 +169,6 @@ def _check(arguments: argparse.Namespace) -> None:
         existing(text, "gate file")
     if arguments.diagnosis:
         existing(arguments.diagnosis, "diagnosis")
-        if arguments.add or arguments.remove:
-            raise WrongArgument("dvp extend: --from names the effects itself; leave out --add and --remove")
     against = {"--add": arguments.add, "--remove": arguments.remove, "--from": arguments.diagnosis,
                "--twin": arguments.twin, "--refit": arguments.refit}  # fmt: skip
     if arguments.grow and arguments.held_out:
@@ -273,7 +279,8 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
             said = "to learn from the held-out logs as well, now that they have judged it"
             print(f"dvp extend: {said}: {_on_all(arguments)}", file=sys.stderr)
     else:
-        print(f"dvp extend: {arguments.out} is not written: {extension.refusal}", file=sys.stderr)
+        together = f"; {_TOGETHER}" if len(arguments.add) > 1 and not arguments.diagnosis else ""
+        print(f"dvp extend: {arguments.out} is not written: {extension.refusal}{together}", file=sys.stderr)
 
 
 def _on_all(arguments: argparse.Namespace) -> str:

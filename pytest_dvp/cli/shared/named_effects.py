@@ -6,6 +6,7 @@ import argparse
 import dataclasses
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,8 @@ class NamedEffects:
     """Names of effects to add (to fit again, where the model has them) and to remove.
 
     left: what a diagnosis named beside them and why it is not for the model, a line each; diagnosed: by one, whose
-    verdict this is; nothing: why it names nothing for the model, one line, empty if it does.
+    verdict this is; nothing: why it names nothing for the model, one line, empty if it does; values: (effect, key) ->
+    what it found, of all that it named.
     """
 
     add: tuple[str, ...] = ()
@@ -40,6 +42,7 @@ class NamedEffects:
     diagnosed: bool = False
     verdict: str = ""
     nothing: str = ""
+    values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
 
     @property
     def empty(self) -> bool:
@@ -79,17 +82,17 @@ def named(arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str
     """Effects named by options or a diagnosis. Raises WrongArgument, DiagnosisFileError."""
     from vehicle.model.effect_catalogue import catalogue
 
-    known = {**catalogue(), **extra}
-    if arguments.diagnosis:
-        found = _of_file(arguments.diagnosis)
-        try:
-            _check(found, known, model, Path(arguments.model).name, ("", ""))
-        except WrongArgument as error:
-            raise DiagnosisFileError(f"{arguments.diagnosis}: {error}") from None
-        return found
+    known, file = {**catalogue(), **extra}, Path(arguments.model).name
     asked = NamedEffects(tuple(dict.fromkeys(arguments.add)), tuple(dict.fromkeys(arguments.remove)))
-    _check(asked, known, model, Path(arguments.model).name, ("--add: ", "--remove: "))
-    return asked
+    _check(asked, known, model, file, ("--add: ", "--remove: "))
+    if not arguments.diagnosis:
+        return asked
+    found = _of_file(arguments.diagnosis, asked)
+    try:
+        _check(found, known, model, file, ("", ""))
+    except WrongArgument as error:
+        raise DiagnosisFileError(f"{arguments.diagnosis}: {error}") from None
+    return found
 
 
 def _check(
@@ -109,8 +112,9 @@ def _kept(names: Sequence[str], sensed: Collection[str], shown: Collection[str])
     return tuple(name for name in names if name not in sensed or name in shown)
 
 
-def _of_file(name: str) -> NamedEffects:
-    """Names in the document of `dvp diagnose --json`, but those of the run. Raises DiagnosisFileError."""
+def _of_file(name: str, asked: NamedEffects) -> NamedEffects:
+    """What the document of `dvp diagnose --json` confirms of the car, and what is asked for besides, with the values of
+    the document. Raises DiagnosisFileError."""
     try:
         data = Path(name).read_bytes()  # a shell of Windows writes UTF-16
         document = json.loads(data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"))
@@ -119,7 +123,7 @@ def _of_file(name: str) -> NamedEffects:
             str(entry["name"]): "; ".join(map(str, entry.get("doubts", ())))
             for entry in document["effects"] if entry.get("standing", "confirmed") != "confirmed"
         }  # fmt: skip
-        of_run = _of_run(document)
+        of_run, values = _of_run(document), dict(_values(document["effects"]))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise DiagnosisFileError(f"{name}: not a document of `dvp diagnose --json`") from None
     for effect, action in entries:
@@ -129,7 +133,20 @@ def _of_file(name: str) -> NamedEffects:
     verdict = str(document.get("verdict", ""))
     if not entries and verdict not in NOTHING:
         raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
-    return of_diagnosis(entries, of_run, doubtful, verdict=verdict, headline=verdict)
+    entries = [one for one in entries if one[0] not in (*asked.add, *asked.remove)]
+    found = of_diagnosis(entries, of_run, doubtful, verdict=verdict, headline=verdict)
+    add, remove = (*found.add, *asked.add), (*found.remove, *asked.remove)
+    nothing = "" if add or remove else found.nothing
+    return dataclasses.replace(found, add=add, remove=remove, nothing=nothing, values=values)
+
+
+def _values(entries: Sequence[Mapping[str, Any]]) -> Iterator[tuple[tuple[str, str], float]]:
+    """The values of a document of a diagnosis; one that is not finite stands there as null."""
+    for entry in entries:
+        for key, estimate in entry.get("parameters", {}).items():
+            value = estimate["value"]
+            if value is not None and isfinite(float(value)):
+                yield (str(entry["name"]), str(key)), float(value)
 
 
 def of_diagnosis(

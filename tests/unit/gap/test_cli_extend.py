@@ -337,7 +337,7 @@ def test_own_input_is_overwritten_only_by_force(here: Path) -> None:
         ),
         (["--fit", "one.csv", "--remove", "steer_delay"], "both to be added and to be removed"),
         (["--fit", "one.csv", "--gates", "none.toml"], "none.toml: no such gate file"),
-        (["--fit", "one.csv", "--from", "car.toml"], "leave out --add"),
+        (["--fit", "one.csv", "--from", "none.json"], "none.json: no such diagnosis"),
         (["--fit", "one.csv", "--refti"], "did you mean --refit"),
         (["--fit", "one.csv", "--grow"], "--grow fits all effects and finds what to add itself: leave out --add"),
         (["--fit", "one.csv", "--held-out", "two.csv", "--grow"], "name those of --held-out after --fit"),
