@@ -60,9 +60,19 @@ def render_stages_report(result: Mapping[str, Any], courses: Courses, library: s
         rows=verdicts,
         table=result.get("table"),
         figures=figures,
+        unshown=_unshown(result.get("not_validated", ())),
         **frame(figures, ["compare.js"], ["run.css", "compare.css"], library),
     )
     return text
+
+
+def _unshown(not_validated: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What the drives could not show, a row an effect and reason: several pairs of stages mostly lack the same."""
+    found: dict[tuple[str, str], dict[str, Any]] = {}
+    for one in not_validated:
+        row = found.setdefault((one["parameter"], one["needs"]), {**one, "pairs": []})
+        row["pairs"].append(" and ".join(one["between"]))
+    return list(found.values())
 
 
 def path_figure(courses: Courses) -> Figure:

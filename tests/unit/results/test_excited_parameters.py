@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -122,7 +124,17 @@ def test_others_are_told_and_change_no_verdict(straight: Mapping[str, Log]) -> N
     assert "drive_lag" not in told
     page = render_stages_report(result.as_dict(), {})
     assert "Not validated by these drives" in page
-    assert "dvp plan --model MODEL.toml --excite steer_delay" in page
+    assert page.count("dvp plan --model MODEL.toml --excite EFFECT") == 1
+    (row,) = re.findall(r"<b>steer_delay</b>.*?</tr>", page, re.DOTALL)
+    assert "dt and rw" in row
+
+
+def test_an_effect_that_several_pairs_cannot_show_is_one_row_of_the_page(straight: Mapping[str, Log]) -> None:
+    logs = {**straight, "pe": straight["rw"]}
+    pairs: list[Any] = [("dt", "rw"), ("dt", "pe")]
+    document = {**ABOUT, "status": "PASS", "stage": "", "not_validated": not_validated([gate()], pairs, logs)}
+    (row,) = re.findall(r"<b>steer_delay</b>.*?</tr>", render_stages_report(document, {}), re.DOTALL)
+    assert "dt and rw, dt and pe" in row
 
 
 def test_what_a_gate_lists_is_not_told_twice(straight: Mapping[str, Log]) -> None:
