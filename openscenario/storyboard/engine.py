@@ -142,6 +142,7 @@ class Storyboard:
         self._enter(self.root)
         self._end_finished()
         for entity in self.entities.values():
+            entity.vx, entity.vy = self.velocity(entity)  # conditions see it at t = 0, before anybody has moved
             self.road_watch.note(entity, self.time)
 
     def place(self, name: str, x: float, y: float, z: float, h: float, speed: float, ax: float = 0.0) -> None:

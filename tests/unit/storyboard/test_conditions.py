@@ -109,6 +109,31 @@ def test_relative_speed(make: Make) -> None:
     assert fires(make, of_a('<RelativeSpeedCondition entityRef="B" rule="equalTo" value="10"/>')) == 0.0
 
 
+TO_B = '<TimeToCollisionConditionTarget><EntityRef entityRef="B"/></TimeToCollisionConditionTarget>'
+COLLIDES = (
+    f'<TimeToCollisionCondition freespace="false" rule="lessThan" value="100" {{}}>{TO_B}</TimeToCollisionCondition>'
+)
+FASTER = '<RelativeSpeedCondition entityRef="B" rule="{}" value="5" direction="longitudinal"/>'
+
+
+@pytest.mark.parametrize(
+    ("test", "edge", "expected"),
+    [
+        # A comes nearer at 10 m/s from 100 m away: 10 s before they collide, from t = 0 on
+        (COLLIDES.format('coordinateSystem="road" relativeDistanceType="longitudinal"'), "none", 0.0),
+        (COLLIDES.format('coordinateSystem="entity" relativeDistanceType="euclidianDistance"'), "none", 0.0),
+        (COLLIDES.format('coordinateSystem="road" relativeDistanceType="longitudinal"'), "rising", None),
+        (FASTER.format("greaterThan"), "none", 0.0),
+        (FASTER.format("greaterThan"), "rising", None),
+        (FASTER.format("lessThan"), "none", None),
+    ],
+)
+def test_at_the_start_everybody_moves_with_the_speed_that_init_gave(
+    make: Make, test: str, edge: str, expected: float | None
+) -> None:
+    assert fires(make, of_a(test), edge=edge, seconds=5.0) == expected
+
+
 def test_collision_is_contact_of_the_boxes(make: Make) -> None:
     # A's front is at 104, B's rear at 199
     test = '<CollisionCondition><EntityRef entityRef="B"/></CollisionCondition>'
