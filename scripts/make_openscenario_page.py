@@ -145,9 +145,9 @@ In these cases, the implementation follows the widely used tools, if they agree 
   constant speed between them, turning at the vertices. A closed polyline with time stamps comes back to its first
   vertex at the speed of the leg before.
 
-Where the standard is explicit, the implementation follows it, whatever other tools do, except for three rules that
-existing scenarios rely on. These follow esmini unless `--reading standard` is given, with a warning where it mattered.
-`docs/conformance.md` quotes the clauses.
+Where the standard is explicit, the implementation follows it, whatever other tools do, except for the coordinates of
+CARLA (see below) and for three rules that existing scenarios rely on. These follow esmini unless `--reading standard`
+is given, with a warning where it mattered. `docs/conformance.md` quotes the clauses.
 """
 
 FOUND = """
@@ -161,6 +161,9 @@ FOUND = """
   (names of CARLA), else the only vehicle with a controller.
 - **Criteria of CARLA's scenario runner** (`criteria_RunningStopTest` and the like in a stop trigger) are no
   conditions. They are never true here, with a warning (`condition.criterion`); gates judge a drive.
+- **Coordinates of CARLA.** A file whose description begins with `CARLA:` has its positions in CARLA's left-handed
+  coordinates, as CARLA's scenario runner reads it: `y`, `dy` and `h` change their sign, with a warning
+  (`position.left_handed`). Lanes, `s`, `t` and offsets stay as they are.
 - **CommonRoad XML** (2018b and 2020a) is taken where a scenario is: `dvp check`, `run` and `play X.xml`.
   Lanelets side by side become the lanes of one road, the bounds between them its lines; where lanelets of several roads
   meet, junctions join them. Obstacles follow their states and are there from the first to the last. The first planning

@@ -13,9 +13,11 @@ from openscenario.commonroad.source import ROOT as COMMONROAD
 from openscenario.commonroad.source import read as read_commonroad
 from openscenario.commonroad.story import openscenario as commonroad_story
 from openscenario.findings import Findings, ScenarioError, nearest
+from openscenario.left_handed import PREFIX, right_handed
 from openscenario.model.catalog_file import Catalog, CatalogFile
 from openscenario.model.catalogs import CatalogLocations
 from openscenario.model.declarations import (
+    FileHeader,
     MonitorDeclaration,
     ParameterDeclaration,
     VariableDeclaration,
@@ -145,6 +147,8 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     network = with_road(_section(reading, sections, RoadNetwork, scope), reading.roots, context)
     entities = _section(reading, sections, Entities, scope)
     storyboard = _section(reading, sections, Storyboard, scope)
+    if header.description.startswith(PREFIX):
+        header, network, storyboard = _of_carla(header, network, storyboard, context)
     check_entity_names(context)
     check_references(context)
     types: dict[tuple[RefKind, str], str] = {("parameter", each.name): each.parameter_type for each in declared}
@@ -171,6 +175,23 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
         _hash(reading),
         at=reading.at(),
     )
+
+
+def _of_carla(
+    header: FileHeader, network: RoadNetwork | None, storyboard: Storyboard | None, context: Context
+) -> tuple[FileHeader, RoadNetwork | None, Storyboard | None]:
+    """The same in the coordinates of the standard, with a warning; without the prefix, as it is no longer true."""
+    new = None if network is None else right_handed(network), None if storyboard is None else right_handed(storyboard)
+    if new[0] is not network or new[1] is not storyboard:
+        context.warning(
+            "position.left_handed",
+            header.at,
+            "@description",
+            "taken for the left-handed coordinates of CARLA: y, dy and h of positions change their sign",
+            found=header.description,
+            hint=f"without '{PREFIX}' the positions count as they are written",
+        )
+    return replace(header, description=header.description.removeprefix(PREFIX)), *new
 
 
 def declarations_of(reading: Reading, given: Mapping[str, str]) -> tuple[ParameterDeclaration, ...]:
