@@ -238,7 +238,9 @@ box has no other effect, and the twin does not drive backwards.
 - the `DynamicConstraints` of the action that moves them: along the way of a `SpeedProfileAction` or
   `LongitudinalDistanceAction`, across the lane of a `LateralDistanceAction`;
 - what they did before: a jump of more than 0.5 m, a turn by more than 0.2 rad without a teleport, or 3 m/s in a step of
-  an entity that has no `Performance`.
+  an entity that has no `Performance`;
+- the way they face: who was put more than 45 degrees across its lane and gets a speed slides along the lane, which is
+  what the standard says of an entity without a lateral action. A pedestrian that crosses needs a trajectory.
 
 Limits may be exceeded by 5 % and a rounding. Whoever exceeds one is a finding `dvp.implausible_motion` with entity,
 time, event, and which `limit` it is. The finding stands in `findings` of `result.json` and of `dvp play --json`, and

@@ -6,7 +6,8 @@ trajectory faster than the car) and errors of the interpreter as well:
 - beyond the entity's own Performance;
 - beyond the DynamicConstraints of an action that moves it (SpeedProfileAction, LongitudinalDistanceAction along its
   way; LateralDistanceAction across its lane);
-- a jump of position, speed or heading without a teleport.
+- a jump of position, speed or heading without a teleport;
+- a way to the side: one that faces across its lane is kept on the lane by the default controller, and slides.
 
 The first step is left out: what acts at once at t = 0 says where and how a scenario begins.
 """
@@ -34,6 +35,8 @@ JUMP: Final = 0.5  # m, beyond what the speed explains: more than a lane change 
 START: Final = 3.0  # m/s in a step, of who has no Performance: children of Euro NCAP run at once, with 10 km/h
 TURN: Final = 0.2  # rad in a step, besides turning on a circle
 TIGHTEST: Final = 2.0  # m, radius of the tightest circle that a vehicle drives, about its rear axle
+ASKEW: Final = 0.25 * math.pi  # rad between its way and where it faces: half of what is straight to the side; chosen
+CREEP: Final = 0.1  # m/s; who is slower hardly goes anywhere; chosen
 NOBODY: Final = Limits()
 
 
@@ -132,6 +135,8 @@ class Plausibility:
         way = math.hypot(now.x - before.x, now.y - before.y)
         explained = max(abs(before.speed), abs(now.speed)) * dt
         self._note(entity, "position", way, explained + JUMP, explained)
+        if not entity.moved and way > CREEP * dt:  # kept on its lane, whichever way it faces
+            self._note(entity, "direction_of_motion", abs(math.asin(math.sin(entity.twist))), ASKEW, ASKEW)
         if entity.kind == "vehicle":
             turn = abs(math.remainder(now.h - before.h, 2.0 * math.pi))
             self._note(entity, "heading", turn, way / TIGHTEST + TURN, way / TIGHTEST)
@@ -227,8 +232,9 @@ UNITS: Final = {
     "speed_jump": " m/s in a step",
     "position": " m in a step",
     "heading": " rad in a step",
+    "direction_of_motion": " rad off its heading",
 }
-JUMPED: Final = dict.fromkeys(("speed_jump", "position", "heading"), "continuity")
+JUMPED: Final = dict.fromkeys(("speed_jump", "position", "heading", "direction_of_motion"), "continuity")
 
 
 def said_of(finding: Mapping[str, Any]) -> str:

@@ -237,3 +237,20 @@ def test_the_step_in_which_the_storyboard_ends_moves_nobody_and_shows_nothing(ma
     assert watched(board) == ()
     assert (board.done, board.time) == (True, pytest.approx(1.4))
     assert board.entities["A"].y == pytest.approx(-1.75 + 0.08, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("h", "found"),
+    [(0.0, None), (0.78, None), (0.79, 0.79), (1.5, 1.5), (-1.5, 1.5), (2.0, 3.14159 - 2.0), (3.14159, None)],
+)
+def test_who_faces_across_its_lane_and_gets_a_speed_slides(make: Make, h: float, found: float | None) -> None:
+    """As a pedestrian that is to cross the road and has no trajectory; who drives backwards does not slide."""
+    facing = lane_position(100.0, inner=f'<Orientation type="relative" h="{h}"/>')
+    board = make(A=[teleport(facing)], stories=later(speed(2.0, "linear", "time", 1.0)))
+    findings = {each["field"]: each for each in watched(board)}
+    assert set(findings) == (set() if found is None else {"A.direction_of_motion"})
+    if found is not None:
+        slides = findings["A.direction_of_motion"]
+        assert slides["worst"] == pytest.approx(found, abs=1e-4)
+        assert slides["t"] == pytest.approx(1.1, abs=0.06)
+        assert "direction of motion of A" in said_of(slides)
