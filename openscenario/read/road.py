@@ -30,6 +30,7 @@ from openscenario.xml import Node, decoded, parse_xml, read_bytes
 _TOLERANCE: Final = 0.01  # m; lengths in files are rounded
 _HEAD_BYTES: Final = 1 << 16
 _ROOT: Final = re.compile(r"\s*<([\w.:-]+)")
+_DOCTYPE: Final = "<!DOCTYPE"
 _ASIDE: Final = re.compile(r"<\?.*?\?>|<!--.*?-->", re.DOTALL)  # what may stand before the root
 _SHARED_BYTES: Final = 1 << 20  # facts of larger files are not kept
 
@@ -114,6 +115,8 @@ def _is_no_road(network: RoadNetwork, path: Path, context: Context) -> bool:
             head = _ASIDE.sub("", decoded(file.read(_HEAD_BYTES)))
     except OSError:
         return False  # reading the road reports it
+    if head.lstrip()[: len(_DOCTYPE)].upper() == _DOCTYPE:
+        return False  # reading the road refuses it by its name
     root = _ROOT.match(head)
     name = root[1] if root else ""
     if network.logic is None or name.rpartition(":")[2] in ("OpenDRIVE", COMMONROAD) or (not root and not head.strip()):

@@ -293,6 +293,14 @@ def test_a_logic_file_of_another_kind_is_one_finding_at_the_logic_file(spoil: Sp
     assert (finding.file, finding.found, finding.allowed) == (str(path), found, "<OpenDRIVE>")
 
 
+def test_a_road_with_a_doctype_is_refused_for_that(spoil: Spoil) -> None:
+    path = spoil()
+    road = path.parent / "road.xodr"
+    road.write_text("<!DOCTYPE OpenDRIVE>\n" + road.read_text())
+    (finding,) = findings_of(path)
+    assert (finding.code, finding.file, finding.line) == ("xml.dtd_forbidden", str(road), 1)
+
+
 def test_a_missing_road_shows_what_is_there_and_both_ways_out(spoil: Spoil) -> None:
     path = spoil('filepath="road.xodr"', 'filepath="rood.xodr"')
     (finding,) = findings_of(path)
