@@ -9,6 +9,8 @@ from openscenario.model.entities import BoundingBox
 from openscenario.model.enums import CloudState, FractionalCloudCover, PrecipitationType, Wetness
 from openscenario.model.kinds import DateTime, Element, NonNegative, Radian, VisualRange, WindSpeed, xml
 
+HALF_TURN = 3.1416  # rad, as files round it
+
 
 @dataclass(frozen=True, slots=True)
 class TimeOfDay(Element):
@@ -24,6 +26,12 @@ class Sun(Element):
     elevation: Radian
     illuminance: NonNegative | None = None
     intensity: NonNegative | None = None
+
+    @property
+    def in_degrees(self) -> bool:
+        """True if the elevation is no angle in radians, which lies within half a turn: degrees are meant, of
+        the azimuth as well."""
+        return abs(self.elevation) > HALF_TURN
 
 
 @dataclass(frozen=True, slots=True)

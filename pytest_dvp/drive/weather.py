@@ -117,8 +117,10 @@ class Weather:
         sun = self._sun
         if sun is not None:
             stated = sun.illuminance if sun.intensity is None else EFFICACY * sun.intensity
-            illuminance = clear_sky(sun.elevation) if stated is None else stated
-            self.light = sunlight(sun.azimuth, sun.elevation, illuminance, self._cover)
+            unit = math.radians(1.0) if sun.in_degrees else 1.0
+            azimuth, elevation = sun.azimuth * unit, sun.elevation * unit
+            illuminance = clear_sky(elevation) if stated is None else stated
+            self.light = sunlight(azimuth, elevation, illuminance, self._cover)
         elif self._time is not None:
             now = moment(self._time.date_time)
             with contextlib.suppress(OverflowError):  # on the last day of the year 9999 it stays what it was

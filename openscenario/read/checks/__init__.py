@@ -2,7 +2,27 @@
 
 from __future__ import annotations
 
-from openscenario.read.checks import actions, conditions, distributions, entities, positions, shapes, storyboard
+from openscenario.read.checks import (
+    actions,
+    conditions,
+    distributions,
+    entities,
+    environment,
+    positions,
+    shapes,
+    storyboard,
+)
 from openscenario.read.checks.registry import CHECKS, check
 
-__all__ = ["CHECKS", "actions", "check", "conditions", "distributions", "entities", "positions", "shapes", "storyboard"]
+__all__ = [
+    "CHECKS",
+    "actions",
+    "check",
+    "conditions",
+    "distributions",
+    "entities",
+    "environment",
+    "positions",
+    "shapes",
+    "storyboard",
+]

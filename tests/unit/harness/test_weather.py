@@ -320,3 +320,14 @@ def test_a_text_says_what_the_numbers_do(scenario: Write) -> None:
     assert [each.split(": ")[1] for each in notes if each.startswith("environment")] == [
         "friction coefficient 0.4, which brakes with 3.92 m/s^2 at most, visual range 60 m (extinction 0.0499 1/m)"
     ]
+
+
+def test_a_sun_that_stands_in_degrees_shines_from_there() -> None:
+    """60 is no angle within half a turn: 60 degrees, at which the sky is bright."""
+    weather = Weather()
+    weather.look(environment(weather=Air(sun=Sun(azimuth=90.0, elevation=60.0), at=AT)))
+    stated = Weather()
+    stated.look(environment(weather=Air(sun=Sun(azimuth=math.pi / 2.0, elevation=math.pi / 3.0), at=AT)))
+    assert weather.light is not None
+    assert not is_dark(weather.light)
+    assert weather.light == stated.light

@@ -63,6 +63,20 @@ def test_the_priority_has_two_spellings_and_one_meaning(spoil: Spoil, word: str)
     assert scenario.storyboard.stories[0].acts[0].maneuver_groups[0].maneuvers[0].events[0].priority == "override"
 
 
+@pytest.mark.parametrize(
+    ("elevation", "wrong"), [("1.5708", False), ("-3.1416", False), ("3.1416", False), ("60", True), ("-10.00", True)]
+)
+def test_a_sun_in_degrees_is_warned_of(spoil: Spoil, elevation: str, wrong: bool) -> None:
+    """Taken as radians, 60 is below the horizon: a camera would see as in the night."""
+    sun = f'<Sun azimuth="0" elevation="{elevation}" illuminance="100000"/>'
+    weather = f'<Environment name="e"><Weather>{sun}</Weather></Environment>'
+    action = f"<GlobalAction><EnvironmentAction>{weather}</EnvironmentAction></GlobalAction>"
+    found = check_scenario(spoil("<Actions>", f"<Actions>{action}"))
+    element = "OpenSCENARIO/Storyboard/Init/Actions/GlobalAction/EnvironmentAction/Environment[e]/Weather/Sun@elevation"
+    expected = [("value.out_of_range", element, "warning")] * wrong
+    assert [(each.code, each.element, each.severity) for each in found] == expected
+
+
 def test_a_future_version_lists_the_known_ones_and_nothing_else(spoil: Spoil) -> None:
     (finding,) = findings_of(spoil('revMinor="2"', 'revMinor="99"'))
     assert (finding.code, finding.element) == ("version.unsupported", "OpenSCENARIO/FileHeader@revMinor")
