@@ -1,7 +1,8 @@
-"""Judges a log again and writes its report.html, and its result.json if it has one, so that both agree.
+"""Writes the report.html of a log again, and its result.json if it has one; judges it again with --gates.
 
-Among runs that share the library that draws, the report shares it, too. Elsewhere, with another name (`--out`) or with
-`--single-file`, it is one file that needs no other.
+Without --gates, the verdicts are those that its run gave. A log without a result.json has none: it is judged by the
+default gates, and the answer says so. Among runs that share the library that draws, the report shares it, too.
+Elsewhere, with another name (`--out`) or with `--single-file`, it is one file that needs no other.
 """
 
 from __future__ import annotations
@@ -21,13 +22,19 @@ if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log
 
 PLACE = 60  # in `dvp --help`
+BY_DEFAULT = "judged by the default gates: there was no result.json beside the log, and no --gates FILE"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the log or run folder, the gates and the report."""
     parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that contains one")
     parser.add_argument("--out", metavar="FILE", help="file of the report; default: report.html next to the log")
-    add_settings(parser, ("gates", "single-file"))
+    parser.add_argument(
+        "--gates",
+        metavar="FILE",
+        help="gate file; default: the verdicts of the run in result.json, without that file the default gates",
+    )
+    add_settings(parser, ("single-file",))
     add_json(parser)
 
 
@@ -63,7 +70,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"report": str(out), "status": result["status"], "verdicts": result["verdicts"]}))
     else:
-        print(f"dvp report: {result['status']}", file=sys.stderr)
+        by = f", {BY_DEFAULT}" if BY_DEFAULT in result.get("notes", ()) else ""
+        print(f"dvp report: {result['status']}{by}", file=sys.stderr)
         print(out)
     return 0 if result["status"] == "PASS" else 1
 
@@ -82,9 +90,10 @@ def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     if gates is None and kept:
         result.update({key: kept[key] for key in ("status", "scenario", "verdicts")})
         return result
-    doubts = [note for note in kept.get("notes", ()) if not note.startswith(("not judged:", NOTE))]
+    doubts = [note for note in kept.get("notes", ()) if not note.startswith(("not judged:", NOTE, BY_DEFAULT))]
     result["never_fired"] = list(never_fired(bounds, log))
-    result["notes"] = [*unjudged(verdicts, log), *harmless_notes(bounds.gates), *doubts]
+    by_default = [BY_DEFAULT] if gates is None else []
+    result["notes"] = [*by_default, *unjudged(verdicts, log), *harmless_notes(bounds.gates), *doubts]
     broken = [verdict for verdict in kept.get("verdicts", ()) if kept.get("error") and not verdict["metric"]]
     if broken:  # a run that broke off stays one, whatever its gates say
         result["verdicts"], result["status"] = [*broken[:1], *result["verdicts"]], "ERROR"
@@ -100,7 +109,7 @@ def _kept(stored: Path) -> dict[str, Any]:
     try:
         return read_result(stored)
     except ResultFileError as error:
-        raise WrongArgument(f"{error}; delete it to judge the log anew") from None
+        raise WrongArgument(f"{error}; judge the log without it: delete it and name --gates FILE") from None
 
 
 def _with_gates(replay: str, gates: str) -> str:

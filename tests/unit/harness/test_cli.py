@@ -278,6 +278,23 @@ def test_report_by_other_gates_rewrites_the_result_too(scenario: Write) -> None:
     assert "<title>FAIL" in Path("runs/0001-x-dt/report.html").read_text()
 
 
+def test_report_of_a_log_without_its_result_says_that_the_default_gates_judged(
+    scenario: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = scenario()
+    path.with_suffix(".gates.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = -1.0\n')
+    assert main(["run", str(path)]) == 1
+    Path("runs/0001-x-dt/result.json").unlink()
+    said = "dvp report: PASS, judged by the default gates: there was no result.json beside the log, and no --gates FILE"
+    for _ in range(2):  # the second time there is a result.json: that of the first one
+        assert main(["report", "runs/0001-x-dt"]) == 0
+        assert said in capsys.readouterr().err
+    assert "judged by the default gates" in Path("runs/0001-x-dt/report.html").read_text()
+    assert main(["report", "runs/0001-x-dt", "--gates", str(path.with_suffix(".gates.toml"))]) == 1
+    assert capsys.readouterr().err == "dvp report: FAIL\n"
+    assert "judged by the default gates" not in Path("runs/0001-x-dt/result.json").read_text()
+
+
 def test_play_without_a_file_says_what_happened(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
     path = scenario()
     assert main(["play", str(path)]) == 0
