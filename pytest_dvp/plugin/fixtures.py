@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
 SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
+TOLD_KEY = pytest.StashKey[
+    dict[tuple[str, str], tuple[int, dict[str, Any]]]
+]()  # steps of a run when told, and what was
+PROPERTIES_KEY = pytest.StashKey[list[tuple[str, object]]]()  # those of JUnit that are of a test's runs
 
 
 class GateFailed(AssertionError):
@@ -153,20 +157,53 @@ def _ask(
 
 
 def attach(item: pytest.Item, report: pytest.TestReport) -> None:
-    """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary."""
-    if report.when != "call":
+    """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary.
+
+    The report of the call holds all of them, or that of the setup where no call follows. That of the teardown holds
+    what a fixture has driven or judged after the call.
+    """
+    if report.when == "setup" and report.passed:
         return
-    results = [noted.reported_run(failed=not report.passed) for noted in item.stash.get(RESULTS_KEY, {}).values()]
-    if report.failed and not hasattr(item, "dvp_stage"):
-        _say_how_to_replay(item, report, results)
-    if not results:
+    told = item.stash.setdefault(TOLD_KEY, {})
+    expected = hasattr(report, "wasxfail")
+    changed = []
+    for key, noted in item.stash.get(RESULTS_KEY, {}).items():
+        if report.when == "teardown" and key in told and told[key][0] == noted.steps:
+            continue
+        result = noted.reported_run(failed=report.failed or expected)
+        changed.append(result if not expected else {**result, "expected": True})
+        told[key] = noted.steps, changed[-1]
+    if report.failed and not hasattr(item, "dvp_stage") and (changed or report.when != "teardown"):
+        _say_how_to_replay(item, report, changed)
+    if not changed:
         return
-    report.dvp = results  # type: ignore[attr-defined]
-    for result, called in zip(results, _names(results), strict=True):
+    every = [result for _, result in told.values()]
+    for result, called in zip(every, _names(every), strict=True):
         result["called"] = called
-        head = f"{called}." if len(results) > 1 else ""
-        item.user_properties.extend((head + name, value) for name, value in properties(result))
+    report.dvp = changed  # type: ignore[attr-defined]
+    _put_properties(item, every)
     report.user_properties[:] = item.user_properties
+
+
+def forget_runs(item: pytest.Item) -> None:
+    """Begin a test anew: what it drove before, when something ran it a first time, is no part of this time."""
+    _put_properties(item, ())
+    keys: tuple[pytest.StashKey[Any], ...] = (RESULTS_KEY, VARIANT_KEY, TOLD_KEY)
+    for key in keys:
+        if key in item.stash:
+            del item.stash[key]
+
+
+def _put_properties(item: pytest.Item, results: Sequence[Mapping[str, Any]]) -> None:
+    """The properties of a test's runs, in place of those that were put there before."""
+    before = item.stash.get(PROPERTIES_KEY, [])
+    kept = [each for each in item.user_properties if each not in before]
+    found: list[tuple[str, object]] = []
+    for result in results:
+        head = f"{result['called']}." if len(results) > 1 else ""
+        found += [(head + name, value) for name, value in properties(result)]
+    item.stash[PROPERTIES_KEY] = found
+    item.user_properties[:] = [*kept, *found]
 
 
 def _names(results: Sequence[Mapping[str, Any]]) -> list[str]:

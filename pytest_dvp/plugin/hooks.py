@@ -173,6 +173,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Remember the item that runs now, so that each run is noted at the test that asked for it."""
     item.config.stash[ITEM_KEY] = item
+    fixtures.forget_runs(item)
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
@@ -225,12 +226,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     if hasattr(config, "workerinput"):
         return
     _campaign_summary(terminalreporter)
-    reports = [
-        report
-        for group in terminalreporter.stats.values()
-        for report in group
-        if getattr(report, "dvp", None) and getattr(report, "when", None) == "call"
-    ]
+    reports = [report for group in terminalreporter.stats.values() for report in group if getattr(report, "dvp", None)]
     if not reports:
         return
     from pytest_dvp.plugin import session_summary

@@ -27,6 +27,7 @@ class RunSummary:
     optional        events that the test lets be
     silent          of a search, for each variant the events that never fired in it, those of `optional` too
     raised          `gate` did not let one pass
+    steps           how often a test drove, or called `gate`
     """
 
     last: dict[str, Any]
@@ -37,12 +38,14 @@ class RunSummary:
     silent: list[tuple[str, ...]] = dataclasses.field(default_factory=list)
     judged: bool = False
     raised: bool = False
+    steps: int = 1
 
     def add_run(self, result: Mapping[str, Any]) -> None:
         """A further run."""
         self.closest_to_bound = self._tighter()
         self.last = dict(result)
         self.driven += 1
+        self.steps += 1
 
     def count(self, result: Mapping[str, Any]) -> None:
         """Count a variant of a search, and the events that never fired in it."""
@@ -54,6 +57,7 @@ class RunSummary:
         every = metrics is None or (self.judged and self.asked is None)
         self.asked = None if every else list(dict.fromkeys([*(self.asked or ()), *(metrics or ())]))
         self.judged = True
+        self.steps += 1
         self.raised = self.raised or not passed
 
     def reported_run(self, *, failed: bool) -> dict[str, Any]:

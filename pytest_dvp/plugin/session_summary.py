@@ -26,8 +26,17 @@ GOOD = ("PASS", NOT_ASKED)
 
 
 def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
-    """Results of a session's reports, worst first."""
-    found = [dict(result, nodeid=report.nodeid) for report in reports for result in report.dvp]
+    """Results of a session's reports, worst first; of a run that a teardown told of again, only that."""
+    told: set[tuple[str, ...]] = set()
+    found = []
+    for report in sorted(reports, key=lambda report: getattr(report, "when", "call") != "teardown"):
+        late = getattr(report, "when", "call") == "teardown"
+        for result in report.dvp:
+            key = (report.nodeid, result["scenario"], result["stage"])
+            if late:
+                told.add(key)
+            if late or key not in told:
+                found.append(dict(result, nodeid=report.nodeid))
     return sorted(found, key=lambda case: (*min(map(urgency, case["verdicts"]), default=(0, 0, 0.0)), case["nodeid"]))
 
 

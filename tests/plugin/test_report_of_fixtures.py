@@ -1,0 +1,97 @@
+"""What a session says of runs that a fixture judged, that are expected to fail, or that a test repeats."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import pytest
+
+OF_FIXTURES = """
+import pytest
+
+@pytest.fixture
+def before(run, gate):
+    gate(run("bad.xosc"))
+
+@pytest.fixture
+def after(run, gate):
+    yield
+    gate(run("bad.xosc", seed=3))
+
+@pytest.fixture
+def judged_late(run, gate):
+    result = run("bad.xosc", seed=4)
+    yield
+    gate(result)
+
+def test_before(before):
+    pass
+
+def test_after(after, run, gate):
+    gate(run("good.xosc"))
+
+def test_late(judged_late):
+    pass
+"""
+
+
+def _properties(project: pytest.Pytester, test: str) -> list[tuple[str | None, str | None]]:
+    cases = ET.parse(project.path / "out.xml").iter("testcase")
+    return [
+        (p.get("name"), p.get("value")) for case in cases if case.get("name") == test for p in case.iter("property")
+    ]
+
+
+def test_a_gate_that_fails_in_a_fixture_is_told_as_that_of_a_test_is(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    project.makepyfile(test_it=OF_FIXTURES)
+    result = project.runpytest_inprocess("test_it.py", "--junitxml=out.xml")
+    result.assert_outcomes(passed=2, errors=3)
+    lines = result.outlines
+    start = next(i for i, line in enumerate(lines) if line.strip("= ") == "dvp")
+    assert lines[start + 1] == "4 runs, 4 gates: 3 FAIL, 1 PASS"
+    failed = [line for line in lines if line.startswith("FAIL  ")]
+    assert sorted(line.split()[1] for line in failed) == [
+        f"test_it.py::test_{one}" for one in ("after", "before", "late")
+    ]
+    assert sum(line.startswith("::error file=bad.xosc") for line in lines) == 3
+    assert lines.count("dvp run bad.xosc --seed 3") == 1  # the section `replay` of the teardown
+    assert ("verdict", "FAIL") in _properties(project, "test_before")
+    assert {("good.verdict", "PASS"), ("bad.verdict", "FAIL")} <= set(_properties(project, "test_after"))
+    late = _properties(project, "test_late")
+    assert ("verdict", "FAIL") in late
+    assert len({name for name, _ in late}) == len(late)  # each once, though the call told of the run as well
+
+
+def test_a_skipped_test_has_failed_at_nothing(project: pytest.Pytester) -> None:
+    project.makepyfile(
+        test_it="""
+        import pytest
+
+        def test_it(run):
+            run("bad.xosc")
+            pytest.skip("not today")
+        """
+    )
+    project.runpytest_inprocess("test_it.py").stdout.fnmatch_lines(["1 run, 1 gate: 1 NOT ASKED"])
+
+
+def test_a_test_that_is_repeated_is_told_by_its_last_time(project: pytest.Pytester) -> None:
+    project.makeconftest(
+        (project.path / "conftest.py").read_text()
+        + """
+
+def pytest_runtest_protocol(item, nextitem):
+    from _pytest.runner import runtestprotocol
+
+    runtestprotocol(item, nextitem=nextitem, log=False)  # as plugins do that run a test again
+    item._initrequest()
+"""
+    )
+    project.makepyfile("def test_it(run, gate): gate(run('good.xosc'))")
+    result = project.runpytest_inprocess("--junitxml=out.xml")
+    result.stdout.fnmatch_lines(["1 run, 1 gate: 1 PASS"])
+    names = [name for name, _ in _properties(project, "test_it")]
+    assert len(set(names)) == len(names)
