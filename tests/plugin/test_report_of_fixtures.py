@@ -65,6 +65,30 @@ def test_a_gate_that_fails_in_a_fixture_is_told_as_that_of_a_test_is(
     assert len({name for name, _ in late}) == len(late)  # each once, though the call told of the run as well
 
 
+def test_a_failure_that_is_expected_is_no_error_on_github_and_not_the_worst(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    project.makepyfile(
+        test_it="""
+        import pytest
+
+        @pytest.mark.xfail(reason="known")
+        def test_known(run, gate):
+            gate(run("bad.xosc"))
+
+        def test_good(run, gate):
+            gate(run("good.xosc"))
+        """
+    )
+    result = project.runpytest_inprocess("test_it.py")
+    result.assert_outcomes(passed=1, xfailed=1)
+    result.stdout.fnmatch_lines(
+        ["FAIL * test_it.py::test_known bad (expected) max_ttc_inverse 1.31*", "see it again: *good*"]
+    )
+    result.stdout.no_fnmatch_line("*::error*")
+
+
 def test_a_skipped_test_has_failed_at_nothing(project: pytest.Pytester) -> None:
     project.makepyfile(
         test_it="""
@@ -95,3 +119,18 @@ def pytest_runtest_protocol(item, nextitem):
     result.stdout.fnmatch_lines(["1 run, 1 gate: 1 PASS"])
     names = [name for name, _ in _properties(project, "test_it")]
     assert len(set(names)) == len(names)
+
+
+def test_a_stroke_in_the_value_of_a_parameter_is_no_folder(project: pytest.Pytester) -> None:
+    project.makepyfile(
+        test_it="""
+        import pytest
+
+        @pytest.mark.parametrize("road", ["north/a", "south"])
+        def test_it(run, gate, road):
+            gate(run("good.xosc"))
+        """
+    )
+    result = project.runpytest_inprocess("test_it.py")
+    told = {line.split(" good ")[0] for line in result.outlines if line.startswith("PASS  ")}
+    assert told == {"PASS         test_it.py::test_it[north/a]", "PASS         test_it.py::test_it[south]"}
