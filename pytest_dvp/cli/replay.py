@@ -6,9 +6,11 @@ import argparse
 import contextlib
 import io
 import json
+import os
 import shlex
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -94,12 +96,25 @@ def _drive(words: list[str], place: Path) -> Path:
     from pytest_dvp.cli.command_line import main
 
     said = io.StringIO()
-    with contextlib.redirect_stdout(said):
+    with contextlib.redirect_stdout(said), _without_variables():
         code = main([*words, "--no-ini", "--runs", str(place)])  # the words are all that the run was driven by
     logs = sorted(place.glob("*/log.mcap"))
     if code == 2 or not logs:
         raise WrongArgument("it could not be driven again; run it from the folder it was run from")
     return logs[0]
+
+
+@contextlib.contextmanager
+def _without_variables() -> Iterator[None]:
+    """Without the variables of the environment that set an option of a run: another shell may have driven it."""
+    from pytest_dvp.drive.run_spec import SETTINGS
+
+    names = [setting.environment for setting in SETTINGS if setting.replay]
+    kept = {name: os.environ.pop(name) for name in names if name in os.environ}
+    try:
+        yield
+    finally:
+        os.environ.update(kept)
 
 
 def _difference(before: Path, now: Path) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,6 +31,16 @@ def test_an_untouched_run_gives_the_same_bytes(folder: Path, capsys: pytest.Capt
     assert main(["replay", str(folder)]) == 0
     assert capsys.readouterr().out == f"{folder}: the same bytes again\n"
     assert sorted(path.name for path in folder.parent.iterdir()) == [folder.name, "assets"]
+
+
+def test_the_environment_of_another_shell_changes_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DVP_COMPUTE_DELAY", "0.1")
+    capsys.readouterr()
+    assert main(["replay", str(folder)]) == 0
+    assert capsys.readouterr().out == f"{folder}: the same bytes again\n"
+    assert os.environ["DVP_COMPUTE_DELAY"] == "0.1"
 
 
 def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
