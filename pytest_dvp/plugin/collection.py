@@ -284,23 +284,41 @@ def classify_file(path: Path, settings: RunSpec) -> FileKind:
 
 
 def check_parameters(items: Sequence[pytest.Item], settings: RunSpec) -> None:
-    """Every `--dvp-set NAME=VALUE` must be declared by a collected scenario, and allowed by all that declare it.
+    """Every `--dvp-set NAME=VALUE` must be declared by a collected scenario, deselected or not.
 
-    Raises SettingError with the nearest declared name, or the allowed values.
+    Raises SettingError with the nearest declared name.
     """
     if not settings.set.scenario:
         return
     from openscenario.read import read_declarations
-    from pytest_dvp.drive.parameter_checks import check_declared, declared_names
 
-    paths = sorted({item.dvp_scenario or item.path for item in items if isinstance(item, ScenarioItem)})
-    declared = {declaration.name for path in paths for declaration in read_declarations(path)}
+    declared = {declaration.name for path in _scenarios(items) for declaration in read_declarations(path)}
     for name in settings.set.scenario:
         if name not in declared:
             raise SettingError(f"--dvp-set: {unknown('parameter', name, declared)}")
+
+
+def check_values(items: Sequence[pytest.Item], settings: RunSpec) -> None:
+    """Every `--dvp-set NAME=VALUE` must be allowed by all scenarios that are to run and declare it.
+
+    Raises SettingError with the allowed values, and the file if there are several.
+    """
+    if not settings.set.scenario:
+        return
+    from pytest_dvp.drive.parameter_checks import check_declared, declared_names
+
+    paths = _scenarios(items)
     for path in paths:
         here = declared_names(path)
-        check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
+        try:
+            check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
+        except SettingError as error:
+            raise SettingError(f"{shown(path)}: {error}" if len(paths) > 1 else str(error)) from None
+
+
+def _scenarios(items: Sequence[pytest.Item]) -> list[Path]:
+    """The scenario files that items drive, each once."""
+    return sorted({item.dvp_scenario or item.path for item in items if isinstance(item, ScenarioItem)})
 
 
 def check_name(config: pytest.Config, settings: RunSpec) -> None:

@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 import uuid
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,13 +106,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if (settings.set.scenario or ":" in settings.vehicle) and any(_is_scenario(item) for item in items):
         from pytest_dvp.plugin import collection
 
-        try:
+        with _refusing(config, items):
             collection.check_parameters(items, settings)
             collection.check_vehicle(config, settings)
-        except SettingError as error:
-            if not hasattr(config, "workerinput"):
-                raise pytest.UsageError(str(error)) from None
-            collection.refuse(items, str(error))  # a worker of xdist that ends here would take the session down
+
+
+@contextlib.contextmanager
+def _refusing(config: pytest.Config, items: list[pytest.Item]) -> Iterator[None]:
+    """Make a wrong setting a UsageError; in a worker of xdist, which would take the session down, the items fail."""
+    from pytest_dvp.plugin import collection
+
+    try:
+        yield
+    except SettingError as error:
+        if not hasattr(config, "workerinput"):
+            raise pytest.UsageError(str(error)) from None
+        collection.refuse(items, str(error))
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -131,11 +140,19 @@ def pytest_make_collect_report(
     return report
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """A broken scenario is one error and the others still run; a broken test module interrupts as it always does."""
-    if session.config.stash[SETTINGS_KEY].vehicle.partition(":")[0] not in SIMULATED and any(
-        _is_scenario(item) for item in session.items
-    ):
+    """A broken scenario is one error and the others still run; a broken test module interrupts as it always does.
+
+    Raises UsageError for a value that a scenario which is to run does not allow; in a worker the items fail instead.
+    """
+    settings = session.config.stash[SETTINGS_KEY]
+    if settings.set.scenario and any(_is_scenario(item) for item in session.items):
+        from pytest_dvp.plugin import collection
+
+        with _refusing(session.config, session.items):
+            collection.check_values(session.items, settings)
+    if settings.vehicle.partition(":")[0] not in SIMULATED and any(_is_scenario(item) for item in session.items):
         from pytest_dvp.plugin import collection
 
         collection.refuse_repetition(session.items, session.config)

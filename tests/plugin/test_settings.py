@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.plugin.conftest import XOSC, write_scenario
+
 PRINT_SEED = """
 from pytest_dvp.plugin.item_notes import settings_of
 
@@ -113,6 +115,17 @@ def test_a_parameter_that_no_scenario_declares_names_the_nearest(project: pytest
     result = project.runpytest_inprocess("--dvp-set=ego_sped=3", ".")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["*unknown parameter 'ego_sped', did you mean 'ego_speed'?"])
+
+
+def test_a_value_need_not_suit_a_scenario_that_is_deselected(project: pytest.Pytester) -> None:
+    """good.xosc allows 2 to 6 m/s; narrow.xosc, which allows 4 to 6, counts only where it is to run."""
+    write_scenario(project.path, "narrow.xosc", XOSC.replace('value="2.0"', 'value="4.0"'))
+    project.runpytest_inprocess("--dvp-set=ego_speed=3", "-k", "good", "-m", "dt", ".").assert_outcomes(
+        passed=1, deselected=8
+    )
+    result = project.runpytest_inprocess("--dvp-set=ego_speed=3", "-k", "good or narrow", "-m", "dt", ".")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: narrow.xosc: --dvp-set ego_speed: found 3; allowed: >= 4.0 and <= 6.0"])
 
 
 @pytest.mark.nightly
