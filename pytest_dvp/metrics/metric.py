@@ -115,6 +115,7 @@ class Metric:
     scale            how much of it, in its unit, counts as one whole margin in a campaign where a gate's bound is 0
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     ranges           the numbers that an option may be, by its name; any finite number for one that is not named
+    types            of an option without a default, by its name: str or float, where its function says so
     """
 
     name: str
@@ -130,6 +131,7 @@ class Metric:
     ideal: float | None = None
     scale: float = 1.0
     ranges: Mapping[str, Range] = dataclasses.field(default_factory=dict)
+    types: Mapping[str, type] = dataclasses.field(default_factory=dict)
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -162,7 +164,11 @@ def metric(
         known = getattr(inspect.unwrap(function), "__globals__", {})
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
-        ranges = {p.name: _range_of(p.annotation, known) for p in parameters if p.kind == p.KEYWORD_ONLY}
+        hints = {p.name: _hint(p.annotation, known) for p in parameters if p.kind == p.KEYWORD_ONLY}
+        ranges = {
+            key: next((part for part in _parts(hint) if isinstance(part, Range)), None) for key, hint in hints.items()
+        }
+        plain = {key: getattr(hint, "__origin__", hint) for key, hint in hints.items()}  # of an Annotated its type
         return Metric(
             name=name,
             unit=unit,
@@ -177,22 +183,22 @@ def metric(
             ideal=ideal,
             scale=scale,
             ranges={key: allowed for key, allowed in ranges.items() if allowed is not None},
+            types={key: kind for key, kind in plain.items() if options[key] is REQUIRED and kind in (str, float)},
         )
 
     return wrap
 
 
-def _range_of(annotation: Any, known: dict[str, Any]) -> Range | None:
-    """The range that the type of one option states; None if it states none, or names what is not `known`.
+def _hint(annotation: Any, known: dict[str, Any]) -> Any:
+    """The type of one option; None if it has none, or one that names what is not `known`.
 
     Each option by itself: the log's type is often imported for type checkers alone, and need not be resolved.
     """
     holder = SimpleNamespace(__annotations__={"option": annotation})
     try:
-        hint = get_type_hints(holder, known, include_extras=True)["option"]
+        return get_type_hints(holder, known, include_extras=True)["option"]
     except Exception:  # a type of another package may be any expression
         return None
-    return next((part for part in _parts(hint) if isinstance(part, Range)), None)
 
 
 def _parts(hint: Any) -> Iterator[Any]:

@@ -78,12 +78,13 @@ def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
             hint = f"nearest is {near[0]!r}" if near else f"it has {sorted(chosen.options) or 'none'}"
             raise MetricError(f"metric {chosen.name!r} has no option {key!r}; {hint}")
         default = chosen.options[key]
-        if isinstance(default, float) and not _is_number(value):
+        kind = chosen.types.get(key, type(default))
+        if issubclass(kind, float) and not _is_number(value):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a finite number, found {value!r}")
         if key in chosen.ranges and _is_number(value) and not chosen.ranges[key].holds(value):
             allowed = chosen.ranges[key]
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be {allowed}, found {value:g}")
-        if isinstance(default, str) and not isinstance(value, str):
+        if issubclass(kind, str) and not isinstance(value, str):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a word, found {value!r}")
         if isinstance(default, tuple) and not (
             isinstance(value, list | tuple) and all(isinstance(v, str) for v in value)

@@ -137,8 +137,8 @@ def gate(body: str) -> str:
         (
             gate(f'metric = "mncc"\nmin = 0\nsignal = 5\n{PAIR}'),
             4,
-            "unknown_signal",
-            "the signal is '5'; allowed: a name",
+            "option",
+            "option 'signal' of metric 'mncc' must be a word, found 5",
         ),
         (
             gate(f'metric = "mncc"\nmin = 0\nsignal = "yaw_rat"\n{PAIR}'),
@@ -297,3 +297,20 @@ def test_of_a_signal_that_a_model_does_not_have_the_nearest_is_named_or_else_all
     (finding,) = check_gates(write(file, gate(f"model = 'car.toml'\nrmse = {{ {signal} = 0.3 }}")))
     assert (finding.code, finding.line, finding.text) == ("dvp.gates.signal", 3, f"unknown signal '{signal}'")
     assert (finding.allowed, finding.hint) == (allowed, hint)
+
+
+@pytest.mark.parametrize(
+    ("metric", "option", "value", "found"),
+    [
+        ("event_started", "event", "3", "3"),
+        ("event_started", "event", '["CutsIn"]', "['CutsIn']"),
+        ("nis", "sensor", "true", "True"),
+        ("input_age", "sensor", "1.5", "1.5"),
+    ],
+)
+def test_an_option_without_a_default_is_of_its_type(
+    file: Path, metric: str, option: str, value: str, found: str
+) -> None:
+    (finding,) = check_gates(write(file, gate(f'metric = "{metric}"\nmax = 0\n{option} = {value}')))
+    assert finding.text == f"option {option!r} of metric {metric!r} must be a word, found {found}"
+    assert finding.line == file.read_text().splitlines().index(f"{option} = {value}") + 1
