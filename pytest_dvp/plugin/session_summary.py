@@ -26,18 +26,25 @@ GOOD = ("PASS", NOT_ASKED)
 
 
 def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
-    """Results of a session's reports, worst first; of a run that a teardown told of again, only that."""
-    told: set[tuple[str, ...]] = set()
-    found = []
-    for report in sorted(reports, key=lambda report: getattr(report, "when", "call") != "teardown"):
-        late = getattr(report, "when", "call") == "teardown"
+    """Results of a session's reports, worst first.
+
+    Several reports may tell of one test's runs of a scenario and stage, as those of its subtests and its teardown do:
+    the worst of them stands for all.
+    """
+    found: dict[tuple[str, ...], dict[str, Any]] = {}
+    for report in reports:
         for result in report.dvp:
             key = (report.nodeid, result["scenario"], result["stage"])
-            if late:
-                told.add(key)
-            if late or key not in told:
-                found.append(dict(result, nodeid=report.nodeid))
-    return sorted(found, key=lambda case: (*min(map(urgency, case["verdicts"]), default=(0, 0, 0.0)), case["nodeid"]))
+            other = found.get(key, {})
+            worse = min((one for one in (other, result) if one), key=_worst)
+            driven = max(other.get("driven", 1), result.get("driven", 1))
+            found[key] = dict(worse, nodeid=report.nodeid, driven=driven)
+    return sorted(found.values(), key=lambda case: (*_worst(case), case["nodeid"]))
+
+
+def _worst(case: Mapping[str, Any]) -> tuple[float, int, float]:
+    """The urgency of a run's worst gate."""
+    return min(map(urgency, case["verdicts"]), default=(0, 0, 0.0))
 
 
 def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:

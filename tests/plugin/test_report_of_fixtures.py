@@ -1,4 +1,4 @@
-"""What a session says of runs that a fixture judged, that are expected to fail, or that a test repeats."""
+"""What a session says of runs of fixtures and subtests, that are expected to fail, or that a test repeats."""
 
 from __future__ import annotations
 
@@ -134,3 +134,21 @@ def test_a_stroke_in_the_value_of_a_parameter_is_no_folder(project: pytest.Pytes
     result = project.runpytest_inprocess("test_it.py")
     told = {line.split(" good ")[0] for line in result.outlines if line.startswith("PASS  ")}
     assert told == {"PASS         test_it.py::test_it[north/a]", "PASS         test_it.py::test_it[south]"}
+
+
+@pytest.mark.skipif(not hasattr(pytest, "Subtests"), reason="pytest has subtests from version 9 on")
+def test_runs_of_subtests_are_told_once_by_the_worst(project: pytest.Pytester) -> None:
+    project.makepyfile(
+        test_it="""
+        def test_it(run, gate, subtests):
+            for name, seed in (("good.xosc", 1), ("bad.xosc", 2), ("good.xosc", 3)):
+                with subtests.test(seed=seed):
+                    gate(run(name, seed=seed))
+        """
+    )
+    result = project.runpytest_inprocess("test_it.py")
+    lines = result.outlines
+    start = next(i for i, line in enumerate(lines) if line.strip("= ") == "dvp")
+    assert lines[start + 1] == "3 runs, 2 gates: 1 FAIL, 1 PASS"
+    assert lines[start + 2].startswith("FAIL         test_it.py::test_it bad max_ttc_inverse 1.31")
+    assert lines[start + 4] == "replay the worst: dvp run bad.xosc --seed 2"
