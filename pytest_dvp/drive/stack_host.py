@@ -61,8 +61,10 @@ def find_ads(
         return _in_time(asked, checked, folders, tick_limit)
     if not callable(asked) and not callable(getattr(asked, "tick", None)):
         raise AdsError(f"ads: found {what(asked)}, expected a name, a class, a function or an object with tick()")
-    name = getattr(asked, "__qualname__", None) or type(asked).__qualname__
-    return Ads(str(name), _word(asked), asked)
+    word = _word(asked)
+    if word is not None:  # called as by that word, or the log of its replay would be another one
+        return Ads(_called(word)[0], word, asked)
+    return Ads(str(getattr(asked, "__qualname__", None) or type(asked).__qualname__), None, asked)
 
 
 def make_driver(

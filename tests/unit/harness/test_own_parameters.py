@@ -100,7 +100,7 @@ def test_what_is_not_set_keeps_its_default_and_each_run_has_its_own_dict() -> No
     ],
 )
 def test_a_value_that_the_stack_cannot_take_is_one_line(name: str, value: str, says: str) -> None:
-    with pytest.raises(SettingError, match=f"^--set: ADS Keeper: .*{says}"):
+    with pytest.raises(SettingError, match=f"^--set: ADS test_own_parameters.py:Keeper: .*{says}"):
         check_parameters(find_ads(Keeper), {name: value})
 
 

@@ -16,6 +16,7 @@ from pytest_dvp.drive.run import run
 from pytest_dvp.logs.difference import first_difference
 from pytest_dvp.logs.log_contents import LogEvent
 from tests.unit.harness.conftest import OneTrick, coast
+from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]
 
@@ -41,6 +42,23 @@ def test_the_environment_of_another_shell_changes_nothing(
     assert main(["replay", str(folder)]) == 0
     assert capsys.readouterr().out == f"{folder}: the same bytes again\n"
     assert os.environ["DVP_COMPUTE_DELAY"] == "0.1"
+
+
+class Coasting:
+    """A stack that a test brings as a class, and that a command line can name as well."""
+
+    def tick(self, observation: Observation) -> Command:
+        return coast(observation)
+
+
+def test_a_stack_that_was_given_as_a_class_gives_the_same_bytes_by_its_name(
+    scenario: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    result = run(scenario(), ads=Coasting, duration=0.5, log_dir=tmp_path / "runs")
+    assert result.ads == "test_replay_command.py:Coasting"
+    assert "test_replay_command.py:Coasting --duration 0.5" in result.replay
+    assert main(["replay", str(result.folder)]) == 0
+    assert capsys.readouterr().out.endswith(": the same bytes again\n")
 
 
 def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
