@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from pytest_dvp.logs.log import Log
@@ -10,7 +12,7 @@ from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
 
 
 @metric(name="nis", unit="-", bigger_is_worse=None, open_loop=True, ideal=1.0, note="{sensor}, {statistic}")
-def nis(log: Log, *, sensor: str, statistic: str = "mean") -> Measured:
+def nis(log: Log, *, sensor: str, statistic: Literal["mean", "greatest"] = "mean") -> Measured:
     """Normalised squared innovation of a sensor, per degree of freedom: 1 on average of a consistent filter.
 
     sensor: gnss, heading, wheels, or another one of which the stack states a column `ads.nis_SENSOR`: the squared

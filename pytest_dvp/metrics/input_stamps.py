@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from pytest_dvp.logs.log import Log
@@ -10,7 +12,7 @@ from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
 
 
 @metric(name="input_age", unit="s", bigger_is_worse=True, open_loop=True, note="{sensor}, {statistic}")
-def input_age(log: Log, *, sensor: str, statistic: str = "greatest") -> Measured:
+def input_age(log: Log, *, sensor: str, statistic: Literal["greatest", "least"] = "greatest") -> Measured:
     """Age of the newest message of a sensor that the stack had at its ticks: time of the tick minus the newest stamp.
 
     sensor: gnss, odometry, imu, lidar, camera, or another one of which the stack states a column `ads.age_SENSOR` [s].

@@ -7,7 +7,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from types import SimpleNamespace
-from typing import Annotated, Any, Literal, TypeAlias, get_args, get_type_hints
+from typing import Annotated, Any, Literal, TypeAlias, get_args, get_origin, get_type_hints
 
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -116,6 +116,7 @@ class Metric:
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     ranges           the numbers that an option may be, by its name; any finite number for one that is not named
     types            of an option without a default, by its name: str or float, where its function says so
+    words            the words that an option may be, by its name: those of its type `Literal["mean", "greatest"]`
     """
 
     name: str
@@ -132,6 +133,7 @@ class Metric:
     scale: float = 1.0
     ranges: Mapping[str, Range] = dataclasses.field(default_factory=dict)
     types: Mapping[str, type] = dataclasses.field(default_factory=dict)
+    words: Mapping[str, tuple[str, ...]] = dataclasses.field(default_factory=dict)
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -183,6 +185,7 @@ def metric(
             ideal=ideal,
             scale=scale,
             ranges={key: allowed for key, allowed in ranges.items() if allowed is not None},
+            words={key: get_args(hint) for key, hint in hints.items() if get_origin(hint) is Literal},
             types={key: kind for key, kind in plain.items() if options[key] is REQUIRED and kind in (str, float)},
         )
 

@@ -5,6 +5,8 @@ True is what the log holds of the motion: of a car what its reference system mea
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +21,7 @@ STATISTICS = ("rms", "greatest")
 
 
 @metric(name="localization_error", unit="m", bigger_is_worse=True, open_loop=True, note="{statistic} of the position")
-def localization_error(log: Log, *, statistic: str = "rms") -> Measured:
+def localization_error(log: Log, *, statistic: Literal["rms", "greatest"] = "rms") -> Measured:
     """Distance between the position the stack estimates (`ads.x`, `ads.y`) and the true one, at the ticks.
 
     `statistic` is rms, its root mean square, or greatest, which a short fault shows in. Undefined if the stack tells no
@@ -34,7 +36,7 @@ def localization_error(log: Log, *, statistic: str = "rms") -> Measured:
 
 
 @metric(name="heading_error", unit="rad", bigger_is_worse=True, open_loop=True, note="{statistic}")
-def heading_error(log: Log, *, statistic: str = "rms") -> Measured:
+def heading_error(log: Log, *, statistic: Literal["rms", "greatest"] = "rms") -> Measured:
     """Difference between the heading the stack estimates (`ads.yaw`) and the true one, at the ticks.
 
     `statistic` is rms or greatest. Its mean, which a wrongly mounted antenna shifts, is in `extra`. Undefined if the
@@ -48,7 +50,7 @@ def heading_error(log: Log, *, statistic: str = "rms") -> Measured:
 
 
 @metric(name="speed_error", unit="m/s", bigger_is_worse=True, open_loop=True, note="{statistic}")
-def speed_error(log: Log, *, statistic: str = "rms") -> Measured:
+def speed_error(log: Log, *, statistic: Literal["rms", "greatest"] = "rms") -> Measured:
     """Difference between the speed the stack estimates (`ads.v`) and the true one, at the ticks.
 
     `statistic` is rms or greatest. Undefined if the stack tells no estimate. Raises MetricError for another one.

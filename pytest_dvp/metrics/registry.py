@@ -82,10 +82,13 @@ def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
         if issubclass(kind, float) and not _is_number(value):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a finite number, found {value!r}")
         if key in chosen.ranges and _is_number(value) and not chosen.ranges[key].holds(value):
-            allowed = chosen.ranges[key]
-            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be {allowed}, found {value:g}")
+            held = chosen.ranges[key]
+            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be {held}, found {value:g}")
         if issubclass(kind, str) and not isinstance(value, str):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a word, found {value!r}")
+        if key in chosen.words and value not in chosen.words[key]:
+            allowed = ", ".join(chosen.words[key])
+            raise MetricError(f"option {key!r} of metric {chosen.name!r}: found {value!r}, allowed: {allowed}")
         if isinstance(default, tuple) and not (
             isinstance(value, list | tuple) and all(isinstance(v, str) for v in value)
         ):

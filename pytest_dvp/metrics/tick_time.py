@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, MetricError, metric
@@ -10,7 +12,7 @@ STATISTICS = ("median", "p99", "worst")
 
 
 @metric(name="tick_time", unit="s", bigger_is_worse=True, note="wall time, {statistic}", open_loop=True)
-def tick_time(log: Log, *, statistic: str = "p99") -> Measured:
+def tick_time(log: Log, *, statistic: Literal["median", "p99", "worst"] = "p99") -> Measured:
     """Wall time of the stack's own computing for a tick, the first tick aside; its cycle is 0.05 s.
 
     `statistic` is median, p99 (99 % of the ticks are within it) or worst; all three are in `extra`, with `exceeded`,

@@ -314,3 +314,17 @@ def test_an_option_without_a_default_is_of_its_type(
     (finding,) = check_gates(write(file, gate(f'metric = "{metric}"\nmax = 0\n{option} = {value}')))
     assert finding.text == f"option {option!r} of metric {metric!r} must be a word, found {found}"
     assert finding.line == file.read_text().splitlines().index(f"{option} = {value}") + 1
+
+
+@pytest.mark.parametrize(
+    ("wanted", "allowed"),
+    [
+        ('metric = "nis"\nsensor = "gnss"', "mean, greatest"),
+        ('metric = "input_age"\nsensor = "gnss"', "greatest, least"),
+        ('metric = "speed_error"', "rms, greatest"),
+        ('metric = "tick_time"', "median, p99, worst"),
+    ],
+)
+def test_a_statistic_that_a_metric_does_not_have_is_a_finding(file: Path, wanted: str, allowed: str) -> None:
+    (finding,) = check_gates(write(file, gate(f'{wanted}\nmax = 1\nstatistic = "max"')))
+    assert finding.text.endswith(f": found 'max', allowed: {allowed}")

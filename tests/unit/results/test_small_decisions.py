@@ -418,7 +418,11 @@ def test_what_is_wrong_with_a_gate_file_itself_is_told_by_its_own_check(tmp_path
 def test_options_are_of_the_type_of_their_default() -> None:
     options = {"x": 1.0, "word": "a", "names": ("a",), "needed": REQUIRED}
     chosen: Any = SimpleNamespace(
-        name="m", options=options, ranges={"x": Range(0.0, above=True)}, types={"needed": float}
+        name="m",
+        options=options,
+        ranges={"x": Range(0.0, above=True)},
+        types={"needed": float},
+        words={"word": ("a", "b")},
     )
     good = {"x": 2, "word": "b", "names": ["b", "c"], "needed": 1}
     check_options(chosen, good)
@@ -426,7 +430,8 @@ def test_options_are_of_the_type_of_their_default() -> None:
     number, words = "must be a finite number", "must be a list of words"
     wrong = [("x", "2", number), ("x", True, number), ("x", math.inf, number), ("word", 2, "must be a word"),
              ("names", "b", words), ("names", [1], words), ("nams", ["b"], "nearest is 'names'"),
-             ("x", -2, "must be > 0, found -2"), ("needed", "1", number)]  # fmt: skip
+             ("x", -2, "must be > 0, found -2"), ("needed", "1", number),
+             ("word", "c", "found 'c', allowed: a, b")]  # fmt: skip
     for key, value, text in wrong:
         with pytest.raises(MetricError, match=text):
             check_options(chosen, {**good, key: value})
