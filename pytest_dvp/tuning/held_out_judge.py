@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from pytest_dvp.tuning.iteration_plan import Drive, Plan, State, drives
-from pytest_dvp.tuning.objective import Score
+from pytest_dvp.tuning.objective import Score, metrics_of
 from pytest_dvp.tuning.stage_gap import Gap, gap
 from pytest_dvp.workers.job import Job
 from pytest_dvp.workers.pool import Workers
@@ -68,13 +68,13 @@ def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs
     position, noise = _position(state.model, {file.name: thinned(file) for file in files})
     return HeldOutScore(
         state=state,
-        performance=plan.performance.score([result["metrics"] for _, result in on_car]),
+        performance=plan.performance.score([metrics_of(result) for _, result in on_car]),
         log_chi2=log_chi2(state.model, files, workers),
         position=position,
         position_noise=noise,
         gap=gap(asked),
         logs=files,
-        costs=tuple(plan.performance.score([result["metrics"]]).value for _, result in on_car),
+        costs=tuple(plan.performance.score([metrics_of(result)]).value for _, result in on_car),
         incidents=tuple(
             f"{drive.variant.title}, seed {drive.seed}: {'; '.join(result['incidents'])}"
             for drive, result in on_car

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from pytest_dvp.workers.errors import TuneError
 
@@ -16,6 +16,9 @@ Metrics: TypeAlias = Mapping[str, float | None]
 FORBIDDEN = 1e6
 """Score of a point that breaks a hard constraint or leaves a term undefined, before what it broke is added: behind
 every point that does not."""
+
+BROKE_OFF = "broke_off"
+"""Among the metrics of a simulation that broke off: 1."""
 
 BLIND = ("mncc",)
 """Metrics that must not decide alone: they are blind to gain, delay and bias."""
@@ -100,27 +103,43 @@ class Objective:
     def score(self, results: Sequence[Metrics]) -> Score:
         """Of the simulations of one point."""
         broken: list[str] = []
-        excess = 0.0
+        undefined: list[str] = []
+        excess = float(sum(BROKE_OFF in metrics for metrics in results))
+        if excess:
+            broken.append("the drive broke off")
         for constraint in self.constraints:
-            over = sum(constraint.excess(metrics.get(constraint.metric)) for metrics in results)
-            if over > 0.0:
+            values = [metrics.get(constraint.metric) for metrics in results]
+            excess += sum(constraint.excess(value) for value in values)
+            if any(_known(value) and constraint.excess(value) > 0.0 for value in values):
                 broken.append(f"{constraint.metric} > {constraint.high:g}")
-                excess += over
+            undefined += [] if all(_known(value) for value in values) else [constraint.metric]
         parts: dict[str, float] = {}
         for term in self.terms:
             costs = [_cost(term, metrics.get(term.metric)) for metrics in results]
             known = [cost for cost in costs if cost is not None]
             if len(known) < len(costs):
-                broken.append(f"{term.metric} undefined")
+                undefined.append(term.metric)
                 excess += float(len(costs) - len(known))
             cost = sum(known) / len(known) if known else 0.0
             parts[term.metric] = parts.get(term.metric, 0.0) + cost
+        broken += [f"{name} undefined" for name in dict.fromkeys(undefined)]
         total = sum(parts.values())
         return Score(FORBIDDEN + 1e3 * excess + total if broken else total, parts, tuple(broken))
 
 
+def metrics_of(result: Mapping[str, Any]) -> Metrics:
+    """The metrics of a job's result: of one that broke off none is defined, as the part that was driven shows nothing
+    of the rest, and a drive that ends at once has no jerk and hits nobody."""
+    metrics: Metrics = result["metrics"]
+    return {**dict.fromkeys(metrics), BROKE_OFF: 1.0} if result.get("error") else metrics
+
+
+def _known(value: float | None) -> bool:
+    return value is not None and math.isfinite(value)
+
+
 def _cost(term: Term, value: float | None) -> float | None:
-    return None if value is None or not math.isfinite(value) else term.cost(value)
+    return term.cost(value) if value is not None and math.isfinite(value) else None
 
 
 PERFORMANCE = Objective(

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
-from pytest_dvp.tuning.objective import Metrics, Score
+from pytest_dvp.tuning.objective import BROKE_OFF, Metrics, Score, metrics_of
 from pytest_dvp.tuning.searchers.search import make_searcher
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tuned_parameter import Point, described
@@ -113,7 +113,7 @@ def tune(
         jobs = [job for frozen in fresh for job in study.jobs(dict(frozen))]
         results = workers.run(jobs, _so_far(study, trials))
         for k, frozen in enumerate(fresh):
-            metrics = [result["metrics"] for result in results[k * each : (k + 1) * each]]
+            metrics = [metrics_of(result) for result in results[k * each : (k + 1) * each]]
             score = study.objective.score(metrics)
             spent = (len(known) + 1) * each
             known[frozen] = trial = Trial(len(trials), dict(frozen), score, spent, _mean(metrics), tuple(metrics))
@@ -144,7 +144,7 @@ def _frozen(point: Point) -> tuple[tuple[str, float], ...]:
 
 def _mean(results: list[Mapping[str, float | None]]) -> dict[str, float | None]:
     found: dict[str, float | None] = {}
-    for name in results[0]:
+    for name in dict.fromkeys(name for metrics in results for name in metrics if name != BROKE_OFF):
         values = [metrics.get(name) for metrics in results]
         known = [value for value in values if value is not None]
         found[name] = sum(known) / len(known) if known and len(known) == len(values) else None

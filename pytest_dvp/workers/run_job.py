@@ -15,7 +15,7 @@ def work(job: Job) -> dict[str, Any]:
     """`{"metrics": {name: value or None}, "ending", "error", "incidents"}`; a replayed log has no incidents.
 
     incidents: in words, what happened in a drive that must not: which event never fired, who was hit and when. A stack
-    or car that breaks is a result, with `error`.
+    or car that breaks is a result, with `error`; its metrics are those of the part that was driven.
 
     Raises what `pytest_dvp.run` raises about a user's file, and CompareError for a log that cannot be compared.
     """
@@ -47,8 +47,6 @@ def _driven(job: Job) -> dict[str, Any]:
     if job.save is not None:
         _save(result.log, Path(job.save))
     error = result.error.strip().splitlines()[-1] if result.error else None
-    if error is not None:
-        metrics["collision"] = None  # a run that broke off shows nothing
     return {"metrics": metrics, "ending": result.ending, "error": error, "incidents": _incidents(result, error)}
 
 

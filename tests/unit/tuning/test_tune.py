@@ -59,6 +59,24 @@ def test_what_must_hold_stands_before_everything_else(tmp_path: Path) -> None:
     assert dict(found.best.point) == bowl.BEST
 
 
+def breaks_beyond_3(job: Job) -> dict[str, Any]:
+    """A stack that raises at once for w > 3: it has hardly moved, so it has no jerk and has hit nobody."""
+    if dict(job.P)["MPC_w"] <= 3.0:
+        return bowl.work(job)
+    return {"metrics": {"max_jerk": 0.0, "collision": 0.0}, "ending": "fault", "error": "ValueError: boom"}
+
+
+def test_a_point_at_which_the_stack_breaks_is_never_the_best(tmp_path: Path) -> None:
+    """(30, 3) has a jerk of 0.005; that of the drives that broke off, 0, shows nothing."""
+    found = bowl.tuned(tmp_path, what=breaks_beyond_3, start={"P.LQR_q11": 10.0, "P.MPC_w": 2.5})
+    assert dict(found.best.point) == bowl.BEST
+    broken = [trial for trial in found.trials if trial.point["P.MPC_w"] == 3.5]
+    assert broken
+    for trial in broken:
+        assert trial.score.broken == ("the drive broke off", "collision undefined", "max_jerk undefined")
+        assert trial.metrics == {"max_jerk": None, "collision": None}
+
+
 def test_budget_counts_simulations_and_is_never_passed(tmp_path: Path, search: str) -> None:
     found = bowl.tuned(tmp_path, search, budget=15)
     assert found.simulations == 14  # two a point: seven points, and one simulation makes no point
