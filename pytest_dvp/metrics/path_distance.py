@@ -19,12 +19,15 @@ def path_distance(model: Log, measured: Log) -> Measured:
 
     Timing does not count: a slower drive along the same line is no distance. A part in which the reference system had
     lost its fix (`position_sigma`) counts neither. Undefined if less than half of the measured path lies beside the
-    model's.
+    model's, or if it is less than half as long.
     """
     from pytest_dvp.metrics._polyline import lateral_offsets
 
     _, line = _line(model)
     t, points = _line(measured)
+    if len(points) < LEAST * len(line):
+        length, other = STRIDE * len(points), STRIDE * len(line)
+        raise Undefined(f"the measured path is {length:.0f} m long, the model's {other:.0f} m")
     offsets = lateral_offsets(points[:, 0].copy(), points[:, 1].copy(), line)
     known = np.isfinite(offsets) & (np.interp(t, measured.t, lost_fix(measured.columns).astype(np.float64)) == 0.0)
     if known.mean() < LEAST:

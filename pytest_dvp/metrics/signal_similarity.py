@@ -16,6 +16,7 @@ from pytest_dvp.metrics.metric import Measured, NotNegative, Series, metric
 
 SEEN = {"objects.x": "ahead", "objects.y": "left"}  # of the ego, where the stack saw road users
 Course: TypeAlias = tuple[FloatArray, FloatArray]  # times [s] and values
+LEAST = 0.5  # share of the longer signal that two must have in common; chosen: less is another drive
 _NOTE = "lag within +-{max_lag} s"
 
 
@@ -62,7 +63,28 @@ def _measured(result: Likeness, value: float, extra: dict[str, float]) -> Measur
 def _compare(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness:
     if signal in SEEN:
         return _compare_seen(model, measured, signal, max_lag)
-    return _on_one_base(_signal(model, signal), _signal(measured, signal), max_lag)
+    one, other = _signal(model, signal), _signal(measured, signal)
+    _check_common(one[0], other[0])
+    return _on_one_base(one, other, max_lag)
+
+
+def _check_common(one: FloatArray, other: FloatArray) -> None:
+    """Raises Undefined unless two signals with the stamps (n,), (m,) [s] share LEAST of the longer one; a hole in one
+    of them, through which only a straight line could be drawn, is not shared."""
+    from pytest_dvp.gap.compare.segments import longest_step
+
+    start, end = max(one[0], other[0]), min(one[-1], other[-1])
+    if end <= start or min(np.median(np.diff(one)), np.median(np.diff(other))) <= 0.0:
+        raise Undefined("the logs have no time in common")
+    edges = np.unique(np.concatenate([one, other, [start, end]]))
+    edges = edges[(edges >= start) & (edges <= end)]
+    middle, known = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    for t in (one, other):
+        after = np.searchsorted(t, middle)
+        known = np.where(t[after] - t[after - 1] > longest_step(t), 0.0, known)
+    common, whole = float(known.sum()), float(max(one[-1] - one[0], other[-1] - other[0]))
+    if common < LEAST * whole:
+        raise Undefined(f"both logs have it for {common:.1f} s only, one of them for {whole:.1f} s")
 
 
 def _on_one_base(model: Course, measured: Course, max_lag: float) -> Likeness:

@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, NotNegative, Series, metric
-from pytest_dvp.metrics.twin_error import compared
+from pytest_dvp.metrics.twin_error import check_measured, compared
 
 WORST = "worst"
 LEAST = 2.0  # s in a regime, from which on it is judged by itself
@@ -37,6 +37,7 @@ def twin_chi2(
     found = compared(model, measured)
     if signal not in found.signals:
         raise Undefined(f"{signal} is not compared: {found.not_compared.get(signal, 'no such signal')}")
+    check_measured(found, signal)
     square = np.square(found.residuals[signal] / found.noise[signal])
     known = np.isfinite(square)
     step = float(np.median(np.diff(found.t)))

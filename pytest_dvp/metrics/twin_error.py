@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.compare.compare import Comparison
 
 POSITION = "position"
+LEAST = 0.5  # share of a drive for which a signal must have been measured; chosen: less tells nothing of the drive
 
 
 @metric(
@@ -41,6 +42,7 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
     for name in names:
         if name not in found.signals:
             raise Undefined(f"{name} is not compared: {found.not_compared.get(name, 'no such signal')}")
+        check_measured(found, name)
     rest = np.sqrt(sum(np.square(found.residuals[name]) for name in names))
     known = np.isfinite(rest)
     if not known.any():
@@ -56,6 +58,16 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
         {"greatest": float(rest[worst])},
         unit,
     )
+
+
+def check_measured(found: Comparison, name: str) -> None:
+    """Raises Undefined if a signal of the comparison was measured for less than LEAST of the drive."""
+    from pytest_dvp.gap.compare.segments import stands_for
+
+    share = float(stands_for(found.t, np.isfinite(found.measured[name])).mean())
+    if share < LEAST:
+        whole = float(found.t[-1] - found.t[0])
+        raise Undefined(f"{name} was measured for {share * whole:.1f} s of {whole:.1f} s only")
 
 
 @functools.lru_cache(maxsize=2)

@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, Series, metric
-from pytest_dvp.metrics.twin_error import compared
+from pytest_dvp.metrics.twin_error import check_measured, compared
 
 VARIES = 4.0  # times the noise: less variation of the twin's answer tells no slope
 
@@ -31,6 +31,7 @@ def twin_gain(model: Log, measured: Log, *, signal: str = "yaw_rate") -> Measure
     found = compared(model, measured)
     if signal not in found.signals:
         raise Undefined(f"{signal} is not compared: {found.not_compared.get(signal, 'no such signal')}")
+    check_measured(found, signal)
     known = np.isfinite(found.residuals[signal])
     twin, car = found.modelled[signal][known], found.measured[signal][known]
     if len(twin) < 2 or float(np.std(twin)) < VARIES * found.noise[signal]:

@@ -17,7 +17,7 @@ from pytest_dvp.verdicts.clean_gates import applies
 from pytest_dvp.verdicts.excited_parameters import unexcited
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file import check_gates, read_gates
-from pytest_dvp.verdicts.no_evidence import no_evidence
+from pytest_dvp.verdicts.no_evidence import ended_early, no_evidence
 from pytest_dvp.verdicts.silent_events import COUNTED, storyboard_verdict
 
 __all__ = [
@@ -140,7 +140,7 @@ def judge_between(
 
     Without one of the logs each of them is INCONCLUSIVE; `missing` says by stage why it is not there and how to get it.
     So is each of them if a drive is no evidence: a car that did not know where it was for too long, a twin that was
-    scaled to another car than that of its file.
+    scaled to another car than that of its file; and what would pass if one drive ended before half of the other.
     No such gate is one INCONCLUSIVE verdict. A gate that passes and lists `parameters` is INCONCLUSIVE if the drives
     did not excite them all.
     """
@@ -156,12 +156,17 @@ def judge_between(
         why = no_evidence(logs[stage])
         if why:
             return [_verdict(gate, "INCONCLUSIVE", None, f"stage {stage}: {why}") for gate in here]
-    return [_with_evidence(gate, _judge(gate, logs[pair[0]], logs[pair[1]]), logs) for gate in here]
+    early = ended_early({stage: logs[stage] for stage in pair})
+    return [_with_evidence(gate, _judge(gate, logs[pair[0]], logs[pair[1]]), logs, early) for gate in here]
 
 
-def _with_evidence(gate: Gate, verdict: Verdict, logs: Mapping[str, Log]) -> Verdict:
-    """INCONCLUSIVE in place of PASS if a drive did not excite what the gate is to validate; a FAIL stays one."""
-    why = unexcited(gate, logs) if verdict.status == "PASS" else ""
+def _with_evidence(gate: Gate, verdict: Verdict, logs: Mapping[str, Log], early: str) -> Verdict:
+    """INCONCLUSIVE in place of PASS if a drive did not excite what the gate is to validate, or ended too early (`early`
+    says so) for what is not open loop; a FAIL stays one."""
+    if verdict.status != "PASS":
+        return verdict
+    why = "" if find_metric(gate.metric).open_loop or not early else f"within its bound, but {early}"
+    why = why or unexcited(gate, logs)
     if not why:
         return verdict
     short = f"{verdict.name} INCONCLUSIVE: {why}"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from results_logs import log_of
+from results_logs import log_of, times
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import LogEvent
@@ -201,6 +201,21 @@ def test_nothing_to_judge_is_one_verdict_that_says_so() -> None:
     assert lacking.reason == "no log of stage rw to compare with"
     (told,) = judging.judge_between(gates, ("dt", "rw"), {"rw": log_of(1.0)}, {"dt": "run it", "rw": "?"})
     assert told.reason == "run it"
+
+
+@pytest.mark.parametrize(
+    ("lasts", "status"), [(4.0, "INCONCLUSIVE"), (5.0, "PASS"), (20.0, "PASS"), (21.0, "INCONCLUSIVE")]
+)
+def test_a_drive_that_ended_before_half_of_the_other_passes_no_gate(lasts: float, status: str) -> None:
+    """The other lasted 10 s. Nobody was hit on either, but of most of the test one of them tells nothing."""
+    gate = Gate("max_yaw_rate", max_difference=0.1, between=("dt", "rw"))
+    (found,) = judging.judge_between([gate], ("dt", "rw"), {"dt": log_of(10.0), "rw": log_of(lasts)})
+    assert found.status == status
+    if lasts == 4.0:
+        assert "stage rw ended after 4.0 s, stage dt lasted 10.0 s" in found.short
+    turning = log_of(lasts, columns={"yaw": 0.5 * times(lasts), "yaw_rate": 0.5})
+    (missed,) = judging.judge_between([gate], ("dt", "rw"), {"dt": log_of(10.0), "rw": turning})
+    assert missed.status == "FAIL"
 
 
 def test_pairs_of_stages_are_told_once_and_in_order() -> None:

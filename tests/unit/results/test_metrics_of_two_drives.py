@@ -172,6 +172,13 @@ def test_a_path_elsewhere_has_no_distance() -> None:
     assert not compute("path_distance", drive_straight(5.0), behind).valid
 
 
+@pytest.mark.parametrize(("end", "defined"), [(24.0, False), (26.0, True)])
+def test_a_path_that_ends_before_half_of_the_other_has_no_distance(end: float, defined: bool) -> None:
+    """50 m at 5 m/s; the measured one stops at `end` [m], with no error until then."""
+    short = log_of(columns={"x": np.minimum(5.0 * times(), end), "v": 5.0})
+    assert compute("path_distance", drive_straight(5.0), short).valid == defined
+
+
 def test_bias_is_what_is_left_at_the_best_lag() -> None:
     t = times(40.0)
     wave = np.exp(-(((t - 20.0) / 2.0) ** 2))

@@ -152,3 +152,35 @@ def test_a_short_piece_that_is_alike_by_chance_is_no_lag() -> None:
 def test_a_straight_line_has_no_lag_that_could_be_told() -> None:
     line = np.linspace(0.0, 100.0, 1000)
     assert likeness(line, line + 3.0, 0.01).lag == 0.0
+
+
+@pytest.mark.parametrize(
+    ("known", "defined"),
+    [((0.0, 19.0), False), ((0.0, 21.0), True), ((19.0, 40.0), True), ((22.0, 40.0), False)],
+)
+def test_of_less_than_half_of_a_drive_no_likeness_is_told(known: tuple[float, float], defined: bool) -> None:
+    """A drive that ended early is alike in its first seconds, which says nothing of the rest."""
+    model = log_of(40.0, columns={"v": bump(T, 15.0)})
+    inside = (known[0] <= T) & (known[1] >= T)
+    part = log_of(40.0, columns={"v": np.where(inside, bump(T, 15.0), np.nan)})
+    for pair in ((model, part), (part, model)):
+        found = [compute(name, *pair, signal="v") for name in ("mncc", "lag", "gain", "bias")]
+        assert [one.valid for one in found] == [defined] * 4
+    seconds = f"{known[1] - known[0]:.1f}"
+    told = compute("mncc", model, part, signal="v").reason
+    assert told == ("" if defined else f"both logs have it for {seconds} s only, one of them for 40.0 s")
+
+
+@pytest.mark.parametrize(("until", "defined"), [(29.0, True), (31.0, False)])
+def test_a_hole_is_nothing_that_two_signals_share(until: float, defined: bool) -> None:
+    """Not measured from 10 s on: through the hole a straight line would be compared."""
+    model = log_of(40.0, columns={"v": bump(T, 15.0)})
+    holed = log_of(40.0, columns={"v": np.where((T > 10.0) & (until > T), np.nan, bump(T, 15.0))})
+    assert compute("mncc", model, holed, signal="v").valid == defined
+
+
+def test_a_slow_sensor_has_no_holes() -> None:
+    """One value a second in a log of 100 Hz."""
+    model = log_of(40.0, columns={"v": np.sin(0.3 * T)})
+    slow = log_of(40.0, columns={"v": np.where(np.arange(len(T)) % 100 == 0, np.sin(0.3 * T), np.nan)})
+    assert compute("mncc", model, slow, signal="v").value == pytest.approx(1.0, abs=1e-3)

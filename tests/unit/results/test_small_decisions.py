@@ -166,7 +166,7 @@ def test_a_difference_between_stages_is_told_with_its_relation(speed: float, sta
     logs = {"dt": values[5.0], "rw": values[speed]}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(judging, "compute", lambda name, log, *_, **__: _value(float(log["v"][0])))
-        patch.setattr(judging, "find_metric", lambda name: SimpleNamespace(miss="FAIL", ideal=None))
+        patch.setattr(judging, "find_metric", lambda name: SimpleNamespace(miss="FAIL", ideal=None, open_loop=False))
         (verdict,) = judging.judge_between([gate], ("dt", "rw"), logs)
     assert verdict.status == status
     assert relation in verdict.short

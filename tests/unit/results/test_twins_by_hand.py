@@ -25,6 +25,7 @@ def left(monkeypatch: pytest.MonkeyPatch, module: Any, **more: Any) -> None:
         "noise": {"yaw_rate": 0.5}, "regimes": {"cruise": ROWS < 4, "braking": ROWS >= 4},
         "residuals": {"yaw_rate": np.array([0.5, 0.5, -0.75, 0.5, -1.0, 1.5, 1.0, np.nan])},
     }  # fmt: skip
+    found["measured"] = dict.fromkeys((found | more)["signals"], np.zeros(len((found | more)["t"])))
     monkeypatch.setattr(module, "compared", lambda model, measured: SimpleNamespace(**found | more))
 
 
@@ -109,3 +110,16 @@ def test_a_distance_is_that_in_the_plane_where_both_are_known(
     for signal, says in (("v", "v is known nowhere"), ("ax", "ax is not compared: not measured")):
         with pytest.raises(Undefined, match=says):
             twin_error.twin_error(LOG, LOG, signal=signal)
+
+
+@pytest.mark.parametrize(
+    "judged",
+    [(twin_chi2, twin_chi2.twin_chi2), (twin_gain, twin_gain.twin_gain), (twin_error, twin_error.twin_error)],
+)
+def test_a_signal_of_which_most_was_not_measured_judges_no_twin(judged: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of eight rows, and the last value holds for the usual half second: three eighths of 3.5 s."""
+    module, metric = judged
+    rest = {"yaw_rate": np.where(ROWS < 2, 0.5, np.nan)}
+    left(monkeypatch, module, residuals=rest, measured=rest)
+    with pytest.raises(Undefined, match=r"yaw_rate was measured for 1\.3 s of 3\.5 s only"):
+        metric(LOG, LOG, signal="yaw_rate")
