@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -109,12 +110,24 @@ def _sources(folder: Path) -> str:
 
 
 def _beside(scenario: str) -> str:
-    """Digest of what lies in the scenario's folder, its road, its net, its gates, and of the catalogues below."""
+    """Digest of what a run can open of the scenario's folder: its net and its gates, and roads and catalogues there and
+    below. Other scenarios of the folder do not count."""
     digest = hashlib.sha256()
     for name, file in reachable(Path(scenario).absolute().parent, (".xosc", ".xodr", ".xml", ".toml")):
-        if ("/" in name) == (file.suffix == ".xosc"):
+        below = "/" in name
+        if file.suffix == ".xosc":
+            opened = below or _is_catalog(str(file), file.stat().st_mtime_ns)
+        else:
+            opened = file.suffix == ".xodr" or not below
+        if opened:
             digest.update(f"{name} {file_digest(str(file))}\n".encode())
     return digest.hexdigest()
+
+
+@functools.lru_cache(maxsize=4096)
+def _is_catalog(path: str, changed: int) -> bool:
+    """Whether a file holds a catalogue, not a scenario; read anew when it changes."""
+    return re.search(rb"<Catalog[\s>]", Path(path).read_bytes()) is not None
 
 
 @functools.cache

@@ -16,10 +16,13 @@ from scenarios import path as shipped
 @pytest.fixture
 def job(tmp_path: Path) -> Job:
     files = ("town/a.xosc", "town/b.xosc", "town/town.xodr", "town/a.gates.toml", "town/catalogs/cars.xosc",
+             "town/maps/old town.xodr", "town/near.xosc",
              "town/runs/0001/a.xosc", "town/film.mp4", "lib/xodr/road.xodr", "lib/notes.txt")  # fmt: skip
     for name in files:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(name)
+    (tmp_path / "town/near.xosc").write_text('<OpenSCENARIO>\n<Catalog name="near">')
+    (tmp_path / "town/b.xosc").write_text("<OpenSCENARIO>\n<CatalogLocations />")
     return Job(str(tmp_path / "town/a.xosc"), library=(str(tmp_path / "lib"),))
 
 
@@ -31,7 +34,16 @@ def changed(job: Job, tmp_path: Path, name: str) -> bool:
 
 
 @pytest.mark.parametrize(
-    "name", ["town/a.xosc", "town/town.xodr", "town/a.gates.toml", "town/catalogs/cars.xosc", "lib/xodr/road.xodr"]
+    "name",
+    [
+        "town/a.xosc",
+        "town/town.xodr",
+        "town/a.gates.toml",
+        "town/catalogs/cars.xosc",
+        "lib/xodr/road.xodr",
+        "town/maps/old town.xodr",
+        "town/near.xosc",
+    ],
 )
 def test_what_a_run_can_open_makes_another_job(job: Job, tmp_path: Path, name: str) -> None:
     assert changed(job, tmp_path, name)
