@@ -110,13 +110,18 @@ class Reader:
                 self.fail(name, f"{name}: plausible = {stated}, expected [low, high]")
             plausible = (stated[0], stated[1]) if stated else of_s(name)
             candidates = tuple(sorted({rounded(v) for v in (*values, first)}))
-            knobs.append(Knob(name, unit, candidates, plausible))
+            knobs.append(Knob(name, unit, candidates, plausible, self.whole_numbers(name)))
             start[name] = rounded(first)
-            self.allowed(dict.fromkeys([name], candidates[0]))
-            self.allowed(dict.fromkeys([name], candidates[-1]))
+            for value in candidates:
+                self.allowed({name: value})
         if not knobs:
             self.fail("study", 'no parameter to tune: [parameters] "P.NAME" = [...] or "S.NAME" = [...]')
         return tuple(knobs), start
+
+    def whole_numbers(self, name: str) -> bool:
+        """Whether a parameter takes whole numbers only: those of a stack of one's own whose default is one."""
+        own = self.own_P() or {}
+        return name.startswith("P.") and isinstance(own.get(name[2:]), int)
 
     def unit(self, name: str) -> str:
         """The unit of a parameter P.NAME or S.NAME. Raises TuneError if there is no such parameter."""

@@ -22,6 +22,7 @@ class Knob:
     values     candidates, rising
     low, high  range within which searchers of continuous values look: that of the candidates
     plausible  range that the car's data sheet or physics allows (low, high); None: not stated
+    whole      takes whole numbers only, also between its candidates
     logarithmic  searched by its logarithm: candidates that span more than a factor of 30, all > 0
     """
 
@@ -29,6 +30,7 @@ class Knob:
     unit: str
     values: tuple[float, ...]
     plausible: tuple[float, float] | None = None
+    whole: bool = False
 
     @property
     def low(self) -> float:
@@ -49,8 +51,10 @@ class Knob:
         """Value at a share 0..1 of the range; beyond it, its end."""
         share = min(max(share, 0.0), 1.0)
         if self.logarithmic:
-            return rounded(self.low * (self.high / self.low) ** share)
-        return rounded(self.low + (self.high - self.low) * share)
+            value = self.low * (self.high / self.low) ** share
+        else:
+            value = self.low + (self.high - self.low) * share
+        return float(round(value)) if self.whole else rounded(value)
 
     def share(self, value: float) -> float:
         """Where in the range a value lies, 0..1."""

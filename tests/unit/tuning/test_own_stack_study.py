@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.cli.command_line import main
+from pytest_dvp.tuning.searchers.search import make_searcher
 from pytest_dvp.tuning.study_file import read_study
 from pytest_dvp.workers.errors import TuneError
 from pytest_dvp.workers.job import Job
@@ -57,6 +58,32 @@ def test_its_start_is_the_default_and_each_job_drives_it(study: Path) -> None:
     assert job.ads is not None
     assert job.ads.endswith("mine.py:Keeper")
     assert job.P == (("LK_throttle", 0.02), ("LK_ticks", 10.0))
+
+
+@pytest.mark.parametrize("search", ["descent", "cma", "tpe"])
+def test_a_parameter_whose_default_is_an_integer_is_searched_in_whole_numbers(study: Path, search: str) -> None:
+    """The stack refuses any other: the search would end with its first point."""
+    if search != "descent":
+        pytest.importorskip({"cma": "cma", "tpe": "optuna"}[search], reason="needs the extra tune")
+    study.write_text(
+        STUDY.replace('"P.LK_throttle" = [0, 0.02]', '"P.LK_throttle" = [0, 0.02]\n"P.LK_ticks" = [5, 40]')
+    )
+    found = read_study(study)
+    searcher = make_searcher(search, found.knobs, found.start, 3)
+    points = []
+    for _ in range(4):
+        points += (asked := searcher.ask())
+        searcher.tell(asked, [abs(point["P.LK_ticks"] - 33.0) for point in asked])
+    ticks = {point["P.LK_ticks"] for point in points}
+    assert len(ticks) > 3
+    assert all(value.is_integer() and 5.0 <= value <= 40.0 for value in ticks)
+    assert not all(point["P.LK_throttle"].is_integer() for point in points)
+
+
+def test_each_candidate_is_looked_at_before_anything_runs(study: Path) -> None:
+    study.write_text(STUDY.replace('"P.LK_throttle" = [0, 0.02]', '"P.LK_ticks" = [5, 7.5, 40]'))
+    with pytest.raises(TuneError, match=r"study.toml:9: .*LK_ticks: found 7\.5, expected a whole number"):
+        read_study(study)
 
 
 @pytest.mark.nightly
