@@ -7,7 +7,6 @@ without gates; with gates it is 0 only if all of them pass.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import shlex
 import sys
@@ -21,7 +20,6 @@ from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
     from pytest_dvp.drive.stage_comparison import StageComparison, StageDrive
-    from pytest_dvp.logs.log import Log
     from pytest_dvp.verdicts.judging import Gate
 
 PLACE = 40  # in `dvp --help`
@@ -44,7 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
     Raises WrongArgument for logs of several scenarios with an option that fits only one.
     """
     from pytest_dvp.cli.run import across_text
-    from pytest_dvp.drive.stage_comparison import read_between
+    from pytest_dvp.drive.stage_comparison import StageDrive, read_between
     from pytest_dvp.logs.log import Log
 
     settings = settings_from(arguments)
@@ -57,7 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
         option = "--out" if out is not None else "--before"
         names = ", ".join(groups)
         raise WrongArgument(f"{option}: of one scenario at a time; these logs are of {names}")
-    before = None if arguments.before is None else Log.load(arguments.before)
+    before = None if arguments.before is None else StageDrive(Log.load(arguments.before), Path(arguments.before))
     options = _options(settings.gates, arguments.before)
     compared = [_held(drives, gates, before, options) for drives in groups.values()]
     if out is not None:
@@ -111,10 +109,9 @@ def _say_left_out(log: str, why: str) -> None:
 
 
 def _held(
-    drives: Mapping[str, StageDrive], gates: Sequence[Gate], before: Log | None, options: Sequence[str]
+    drives: Mapping[str, StageDrive], gates: Sequence[Gate], before: StageDrive | None, options: Sequence[str]
 ) -> StageComparison:
     from pytest_dvp.drive.stage_comparison import compare_stages, left_out, pairs_driven
-    from pytest_dvp.verdicts.stage_table import stage_table
 
     first = next(iter(drives.values())).log.meta
     about = {
@@ -126,12 +123,8 @@ def _held(
     }
     pairs = pairs_driven(gates, list(drives))
     missing = {stage: f"none of the logs is of stage {stage}" for stage in STAGES if stage not in drives}
-    held = compare_stages(drives, gates, pairs, about, missing=missing, notes=left_out(gates, pairs, list(drives)))
-    if before is None:
-        return held
-    logs = {drive.label: drive.log for drive in drives.values()}
-    table = stage_table(logs, (f"{before.meta.get('stage', '')} before", before))
-    return dataclasses.replace(held, table=table)
+    notes = left_out(gates, pairs, list(drives))
+    return compare_stages(drives, gates, pairs, about, missing=missing, notes=notes, before=before)
 
 
 def _options(gates: Path | None, before: str | None) -> list[str]:

@@ -124,18 +124,27 @@ def compare_stages(
     missing: Mapping[str, str] | None = None,
     notes: Sequence[str] = (),
     files: Files = _NO_FILES,
+    before: StageDrive | None = None,
 ) -> StageComparison:
     """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
 
     about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
     missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
     notes    what else the result should say
+    before   last drive of the previous iteration, which the table compares the first stage with
 
-    Drives of different scenario files are not compared: the later one counts as missing.
+    Drives of different scenario files are not compared: the later one counts as missing. A note says so of a drive that
+    no pair asks for, and of `before`.
     """
     absent = dict(missing or {})
     there = _of_one_scenario(drives, absent)
     logs = {stage: drive.log for stage, drive in there.items()}
+    unlike = [absent[stage] for stage in drives if stage not in there and not any(stage in pair for pair in pairs)]
+    earlier = None
+    if before is not None and there:
+        why_not = _unfit(before) or _another_test(before, next(iter(there.values())))
+        unlike += [why_not] if why_not else []
+        earlier = None if why_not else (f"{before.label} before", before.log)
     judged = {pair: judge_between(gates, pair, logs, absent) for pair in pairs}
     verdicts = [verdict for found in judged.values() for verdict in found]
     why = [
@@ -145,14 +154,22 @@ def compare_stages(
     ]
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
     compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
-    table = stage_table({labels[stage]: logs[stage] for stage in STAGES if stage in logs}) if len(logs) > 1 else None
+    columns = {labels[stage]: logs[stage] for stage in STAGES if stage in logs}
+    table = stage_table(columns, earlier) if len(columns) > 1 or earlier is not None else None
     result = StageComparison(
         stage=pair_name(tuple(labels[stage] for stage in compared)),
         status=overall(verdicts),
         verdicts=tuple(verdicts),
         table=table,
         logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
-        notes=(*notes, *_differences(there), *_left_out_rows(there), *_moved_positions(there)),
+        notes=(
+            *notes,
+            *(f"not compared: {reason}" for reason in unlike),
+           
+            *_differences(there),
+            *_left_out_rows(there),
+            *_moved_positions(there),
+        ),
         why=tuple(command for command in why if command),
         not_validated=tuple(not_validated(gates, pairs, logs)),
         **about,
@@ -286,16 +303,24 @@ def _of_one_scenario(drives: Mapping[str, StageDrive], absent: dict[str, str]) -
             absent[stage] = unfit
             continue
         first = first or drive
-        changed = [what for what in ("scenario", "road") if _digest(drive, what) != _digest(first, what)]
-        name, other = (str(one.log.meta.get("scenario", "no scenario")) for one in (drive, first))
-        if name != other:
-            absent[stage] = f"{_place(drive)} is a drive of {name}, {_place(first)} one of {other}"
-        elif changed:
-            version = f"another version of the {changed[0]}"
-            absent[stage] = f"{_place(drive)} was driven with {version}; drive stage {stage} again"
+        unlike = _another_test(drive, first)
+        if unlike:
+            absent[stage] = unlike
         else:
             kept[stage] = drive
     return {stage: kept[stage] for stage in STAGES if stage in kept}
+
+
+def _another_test(drive: StageDrive, first: StageDrive) -> str:
+    """Why two drives are not of one test, "" if they are: another scenario, or another version of it or of its road."""
+    name, other = (str(one.log.meta.get("scenario", "no scenario")) for one in (drive, first))
+    if name != other:
+        return f"{_place(drive)} is a drive of {name}, {_place(first)} one of {other}"
+    changed = [what for what in ("scenario", "road") if _digest(drive, what) != _digest(first, what)]
+    if not changed:
+        return ""
+    stage = drive.label.split("-")[0]
+    return f"{_place(drive)} was driven with another version of the {changed[0]}; drive stage {stage} again"
 
 
 def _place(drive: StageDrive) -> str:

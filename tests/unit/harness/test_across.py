@@ -326,6 +326,40 @@ def test_logs_of_two_scenarios_are_compared_scenario_by_scenario(
     assert main(["stages", *logs, "--out", str(tmp_path / "page.html")]) == 2
 
 
+def test_the_iteration_before_is_compared_with_the_first_stage_in_whatever_order_the_logs_are_named(
+    drive: RunResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dt, rw = (saved(staged(drive.log, stage), tmp_path / f"{stage}.mcap") for stage in ("dt", "rw-surrogate"))
+    for logs in ((dt, rw), (rw, dt)):
+        assert main(["stages", *logs, "--before", dt]) == 0
+        head = capsys.readouterr().out.splitlines()[2]
+        assert head.split() == ["dt", "to", "dt", "before", "rw-surrogate", "to", "dt"]
+
+
+@pytest.mark.parametrize("spoilt", ["a log", "before"])
+@pytest.mark.parametrize(
+    ("events", "meta", "says"),
+    [
+        ((LogEvent(0.5, "fault", "Stack", "boom"),), {}, "broke off at t=0.50 s: boom"),
+        ((), {"scenario": "hill.xosc"}, "is a drive of hill.xosc"),
+        ((), {"road_sha256": "0" * 64}, "was driven with another version of the road"),
+    ],
+)
+def test_a_drive_that_is_not_compared_has_no_figure_in_the_table_and_is_told(
+    drive: RunResult, events: tuple[LogEvent, ...], meta: dict[str, str], says: str, spoilt: str
+) -> None:
+    """Without a gate there is no verdict that could say so."""
+    good, rw = staged(drive.log, "dt"), staged(drive.log, "rw")
+    log = rw.log if spoilt == "a log" else good.log
+    bad = StageDrive(dataclasses.replace(log, events=(*log.events, *events), meta={**log.meta, **meta}))
+    drives, before = ({"dt": good, "rw": bad}, good) if spoilt == "a log" else ({"dt": good, "rw": rw}, bad)
+    held = compare_stages(drives, [], [], ABOUT, before=before)
+    assert held.table is not None
+    assert held.table.against == (("dt before",) if spoilt == "a log" else ("", "dt"))
+    (note,) = [note for note in held.notes if note.startswith("not compared: ")]
+    assert says in note
+
+
 def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why(
     drive: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
