@@ -18,6 +18,7 @@ from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.diagnose_command import gap_command
 from pytest_dvp.verdicts.excited_parameters import not_validated
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
+from pytest_dvp.verdicts.harmless_side import harmless_notes
 from pytest_dvp.verdicts.judging import Verdict, judge_between, overall, pairs_of
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
 from pytest_dvp.verdicts.stage_table import StageTable, stage_table
@@ -165,7 +166,7 @@ def compare_stages(
         notes=(
             *notes,
             *(f"not compared: {reason}" for reason in unlike),
-           
+            *harmless_notes(_of_pairs(gates, pairs)),
             *_differences(there),
             *_left_out_rows(there),
             *_moved_positions(there),
@@ -321,6 +322,10 @@ def _another_test(drive: StageDrive, first: StageDrive) -> str:
         return ""
     stage = drive.label.split("-")[0]
     return f"{_place(drive)} was driven with another version of the {changed[0]}; drive stage {stage} again"
+
+
+def _of_pairs(gates: Sequence[Gate], pairs: Sequence[tuple[Stage, Stage]]) -> list[Gate]:
+    return [gate for gate in gates if gate.between in pairs]
 
 
 def _place(drive: StageDrive) -> str:

@@ -360,6 +360,14 @@ def test_a_drive_that_is_not_compared_has_no_figure_in_the_table_and_is_told(
     assert says in note
 
 
+def test_a_gate_between_stages_that_is_bounded_on_the_harmless_side_is_told(drive: RunResult) -> None:
+    drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw")}
+    slip = Gate("mncc", max=1.0, between=("dt", "rw"), options={"signal": "v"}, file="s.toml", line=1)
+    for gates, told in (([slip], 1), ([LIKE], 0), ([slip, LIKE], 0)):
+        notes = compare_stages(drives, gates, [PAIR], ABOUT).notes
+        assert sum("smaller mncc is worse; max = 1 alone passes worse drives" in note for note in notes) == told
+
+
 def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why(
     drive: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
