@@ -308,9 +308,10 @@ def _words(
             continue
         moved = changed(tuning.start.point, tuning.best.point)
         told = ", ".join(f"{name} {a:g} -> {b:g}" for name, (a, b) in moved.items()) or "nothing moved"
-        if label == "S" and moved and twin_change(tuning.start.score.value, tuning.best.score.value) != "better":
+        change = twin_change if label == "S" else stack_change
+        if moved and change(tuning.start.score.value, tuning.best.score.value) != "better":
             told += ", which gains too little to be taken"
-        if label == "P" and moved and "stack" not in accepted:
+        elif moved and label == "P" and "stack" not in accepted:
             told += ", which held-out drives did not bear out"
         words.append(
             f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}: {told}; score "

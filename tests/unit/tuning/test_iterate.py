@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -86,9 +86,9 @@ def work(job: Job) -> dict[str, Any]:
     return {"metrics": metrics, "ending": "goal", "error": None}
 
 
-def iterated(folder: Path) -> iteration.Iterated:
+def iterated(folder: Path, what: Callable[[Job], dict[str, Any]] = work) -> iteration.Iterated:
     plan = dataclasses.replace(read_plan(shipped("mcrpg/paper.toml")), S=())
-    with Workers(Cache(folder / "cache"), work=work) as workers:
+    with Workers(Cache(folder / "cache"), work=what) as workers:
         return iteration.iterate(plan, workers, folder / "out")
 
 
@@ -120,6 +120,24 @@ def test_a_stack_that_is_better_on_the_twin_and_worse_on_the_car_is_not_taken(tm
     found = iterated(tmp_path)
     assert taken(found)[1] == "twin"
     assert found.state.P["rw"]["LQR_q11"] == 20.0  # Arango et al., 1st iteration
+
+
+@pytest.mark.parametrize(("base", "told"), [(10.0, False), (100.0, True)])
+def test_a_stack_that_gains_next_to_nothing_is_not_said_to_have_been_driven(
+    tmp_path: Path, world: World, base: float, told: bool
+) -> None:
+    """The jerk falls by 0.3 m/s^3: of 100.3 by 0.3 %, of 10.3 by 3 %. Below half a percent nobody drives with it."""
+    world.score_with_q11 = 2.5
+
+    def hardly(job: Job) -> dict[str, Any]:
+        found = work(job)
+        metrics = found["metrics"]
+        return {**found, "metrics": {**metrics, "max_jerk": base + 0.01 * metrics["max_jerk"]}}
+
+    words = "\n".join(iterated(tmp_path, hardly).entries[1].changes)
+    assert "P.LQR_q11 20 -> 50" in words
+    assert ("which gains too little to be taken; score" in words) == told
+    assert ("which held-out drives did not bear out; score" in words) == (not told)
 
 
 def test_the_ledger_tells_what_changed_and_why(tmp_path: Path, world: World) -> None:
