@@ -124,7 +124,12 @@ class Objective:
             parts[term.metric] = parts.get(term.metric, 0.0) + cost
         broken += [f"{name} undefined" for name in dict.fromkeys(undefined)]
         total = sum(parts.values())
-        return Score(FORBIDDEN + 1e3 * excess + total if broken else total, parts, tuple(broken))
+        return Score(FORBIDDEN + 1e3 * excess + total if broken else _below_forbidden(total), parts, tuple(broken))
+
+
+def _below_forbidden(total: float) -> float:
+    """The sum of the terms; one beyond half of FORBIDDEN, as a tiny scale gives it, is drawn below it in its order."""
+    return total if total <= 0.5 * FORBIDDEN else FORBIDDEN * (1.0 - 0.25 * FORBIDDEN / total)
 
 
 def metrics_of(result: Mapping[str, Any]) -> Metrics:

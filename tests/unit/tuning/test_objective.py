@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -52,6 +53,16 @@ def test_what_is_not_defined_is_no_good_result(value: float | None) -> None:
     score = Objective("performance", (Term("max_jerk", 1.0),)).score([{"max_jerk": value}])
     assert score.broken == ("max_jerk undefined",)
     assert score.value >= FORBIDDEN
+
+
+def test_no_scale_is_so_small_that_a_point_which_breaks_nothing_stands_behind_one_that_does() -> None:
+    """A jerk of 2 over a scale of 1e-6 is two million; the point with a jerk of 0 has hit somebody."""
+    objective = Objective("performance", (Term("max_jerk", 1e-6),), (Constraint("collision", 0.0),))
+    jerks = (0.0, 0.4, 0.5, 0.6, 2.0, 3.0, 1e3)
+    keeps = [objective.score([{"max_jerk": jerk, "collision": 0.0}]).value for jerk in jerks]
+    assert keeps[:3] == [0.0, pytest.approx(4e5), pytest.approx(5e5)]
+    assert all(one < other for one, other in itertools.pairwise(keeps))
+    assert keeps[-1] < objective.score([{"max_jerk": 0.0, "collision": 1.0}]).value
 
 
 def test_of_two_forbidden_points_the_one_that_breaks_less_is_better() -> None:
