@@ -25,6 +25,7 @@ from pytest_dvp.tuning.iteration_plan import Drive
 EGO = (("ego x", "x"), ("ego y", "y"), ("steer", "steer"), ("velocity", "v"))
 OBJECTS = (("object x", "ahead"), ("object y", "left"))
 STEP, TICK = 0.01, 0.05  # s, of a log and of what the stack saw
+SHARE = 0.5  # of the longest drive that all must share; chosen, as for two drives: one that ended early hides the rest
 LEAST = 1.0  # s in common below which a road user says nothing
 Course: TypeAlias = tuple[FloatArray, FloatArray]
 Courses: TypeAlias = Mapping[str, Course]
@@ -81,8 +82,10 @@ def courses(log: Log) -> dict[str, Course]:
     """
     found: dict[str, Course] = {}
     for row, column in EGO:
-        known = np.isfinite(log[column])
-        found[row] = (log.t[known], log[column][known])
+        values = log.columns.get(column)
+        known = np.isfinite(log.t if values is None else values)
+        if values is not None and known.any():
+            found[row] = (log.t[known], values[known])
     pieces: dict[str, list[SeenTrack]] = {}
     for track in seen_tracks(log):
         away = {name: _away(track, true.t, true.x, true.y) for name, true in log.objects.items()}
@@ -123,7 +126,8 @@ def _jackknifed(
 
 def mean_likeness(row: str, one: Sequence[Courses], other: Sequence[Courses]) -> FloatArray | None:
     """(3,) MNCC, size of the lag [s], distance of the gain from 1, of the mean courses of two sets of drives; of
-    objects the mean over road users, weighted by the time in common. None where nothing is defined."""
+    objects the mean over road users, weighted by the time in common. None where nothing is defined, or one drive ended
+    before half of the longest."""
     users = sorted({key for drive in (*one, *other) for key in drive if key == row or key.startswith(f"{row} ")})
     step = STEP if row in dict(EGO) else TICK
     found, weights = [], []
@@ -133,7 +137,8 @@ def mean_likeness(row: str, one: Sequence[Courses], other: Sequence[Courses]) ->
             continue  # most drives of a stage did not see it
         start = max(course[0][0] for part in parts for course in part)
         end = min(course[0][-1] for part in parts for course in part)
-        if end - start < LEAST:
+        whole = max(course[0][-1] - course[0][0] for part in parts for course in part)
+        if end - start < LEAST or (row in dict(EGO) and end - start < SHARE * whole):
             continue
         grid = start + step * np.arange(int((end - start) / step + 1e-6) + 1)
         a, b = (np.mean([np.interp(grid, *course) for course in part], axis=0) for part in parts)

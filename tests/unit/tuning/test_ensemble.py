@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from pytest_dvp.tuning.mean_drives import Courses, mean_likeness
+from pytest_dvp.logs.log import Log
+from pytest_dvp.tuning.mean_drives import Courses, courses, mean_likeness
 
 T = np.arange(0.0, 40.0, 0.01)  # s
 SEEN = np.arange(5.0, 15.0, 0.05)  # s
@@ -45,6 +46,22 @@ def test_a_gain_of_every_drive_stays() -> None:
     found = mean_likeness("steer", several([10.0, 10.2]), several([10.0, 10.2], gain=0.9, bias=0.3))
     assert found is not None
     assert found[2] == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize(("seconds", "defined"), [(19.0, False), (21.0, True)])
+def test_one_drive_that_ended_early_does_not_hide_the_rest_of_the_others(seconds: float, defined: bool) -> None:
+    """All last 40 s but one."""
+    t, steer = swerve(10.0)["steer"]
+    short: Courses = {"steer": (t[t < seconds], steer[t < seconds])}
+    found = mean_likeness("steer", [swerve(10.0), short], several([10.0, 10.0], gain=0.9))
+    assert (found is not None) == defined
+
+
+@pytest.mark.parametrize("columns", [{}, {"steer": np.full(len(T), np.nan)}])
+def test_a_car_that_does_not_measure_its_wheel_has_no_row_of_it(columns: dict[str, np.ndarray]) -> None:
+    drive = courses(Log({"t": T, "x": T, "y": T, "v": T, **columns}, meta={"stage": "rw"}))
+    assert sorted(drive) == ["ego x", "ego y", "velocity"]
+    assert mean_likeness("steer", [drive, drive], [drive, drive]) is None
 
 
 def test_a_road_user_that_most_drives_did_not_see_does_not_count() -> None:
