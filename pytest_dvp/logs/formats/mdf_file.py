@@ -6,7 +6,7 @@ import gc
 import re
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,7 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
         with MDF(str(path)) as file:
             groups: list[Any] = list(file.groups)
             for index, group in enumerate(groups):
-                name = group.channel_group.acq_name or f"group {index}"
+                name = _topic(getattr(group.channel_group, "acq_name", ""), index, {one.topic for one in streams})
                 fields: dict[str, FloatArray] = {}
                 units: dict[str, str] = {}
                 time = np.asarray(file.get_master(index), dtype=np.float64)
@@ -61,10 +61,11 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
                 for number, channel in enumerate(group.channels):
                     if number == master:
                         continue
-                    signal = file.get(group=index, index=number)
+                    # All samples, as many as stamps; asammdf would leave out those that their bit calls invalid.
+                    signal = file.get(group=index, index=number, ignore_invalidation_bits=True)
                     values = np.asarray(signal.samples)
                     if values.ndim == 1 and values.dtype.kind in "fiub":
-                        fields[channel.name] = values.astype(np.float64)
+                        fields[channel.name] = _valid(values.astype(np.float64), signal.invalidation_bits)
                         if signal.unit:
                             units[channel.name] = str(signal.unit)
                 if len(time) > 2 and fields:
@@ -80,6 +81,17 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
     if not streams:
         raise LogError(f"{path}: no channel group with numbers", "log.foreign")
     return streams
+
+
+def _topic(name: str, index: int, taken: Collection[str]) -> str:
+    """The name of a group, with its number where it has none, or where an earlier one has the same (two messages of one
+    bus). MDF 3 knows no names of groups."""
+    return name if name and name not in taken else f"{name or 'group'} {index}"
+
+
+def _valid(values: FloatArray, invalid: Any) -> FloatArray:
+    """The values (n,), NaN where the file says by a bit (n,) that a sample does not count."""
+    return values if invalid is None else np.where(np.asarray(invalid, dtype=np.bool_), np.nan, values)
 
 
 FORMAT = LogFormat(
