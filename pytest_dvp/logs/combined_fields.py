@@ -42,3 +42,9 @@ def combined(way: str, t: FloatArray, fields: list[FloatArray]) -> FloatArray:
     steps = [np.interp(here + half, at, f[seen]) - np.interp(here - half, at, f[seen]) for f in fields]
     found[inside] = (steps[0] if len(steps) == 1 else np.sqrt(np.sum(np.square(steps), axis=0))) / (2.0 * half)
     return found
+
+
+def yaw_of_quaternion(x: FloatArray, y: FloatArray, z: FloatArray, w: FloatArray) -> FloatArray:
+    """Yaw (n,) [rad] of quaternions (n,) of any length; NaN for one of length 0, which states no orientation."""
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return np.where(x * x + y * y + z * z + w * w > 0.0, yaw, np.nan)

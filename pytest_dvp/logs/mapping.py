@@ -12,7 +12,7 @@ import numpy as np
 
 from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
-from pytest_dvp.logs.combined_fields import MARK, combined, way_of
+from pytest_dvp.logs.combined_fields import MARK, combined, way_of, yaw_of_quaternion
 from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
@@ -38,6 +38,7 @@ class SignalMap:
 
     unit    of the field; "quaternion" (yaw from `FIELD.x` .. `.w`), "latitude", "longitude" (x, y from degrees),
             "latitude ddmm", "longitude ddmm" (from degrees and minutes as NMEA 0183 writes them: 5213.14 is 52.219);
+            of these, sign * scale * field are the degrees
             "mean of UNIT", "norm of UNIT", "rate of UNIT" for `field = "A + B"`
     ratio   hand wheel to road wheel, for steering
     frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right) or "ned" (yaw is
@@ -334,7 +335,7 @@ def _values(
     if signal.unit == QUATERNION:
         parts = quaternion_parts(signal.field, stream) or [f"{signal.field}.{axis}" for axis in "xyzw"]
         x, y, z, w = (_field(stream, part, signal, mapping, file) for part in parts)
-        raw = _unwrapped(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+        raw = _unwrapped(yaw_of_quaternion(x, y, z, w))
     elif (way := way_of(signal.unit))[0]:
         fields = [_field(stream, name, signal, mapping, file) for name in signal.field.split(MARK)]
         per = {"m": "m/s", "rad": "rad/s"} if way[0] == "rate of" else {}
@@ -350,9 +351,8 @@ def _values(
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
         if signal.unit in _FIXES:
-            raw = _metres(in_degrees(raw, signal.unit), stream, signal, mapping)
-        else:
-            raw = _converted(raw, stream, signal, mapping)
+            return _metres(_degrees(stream, signal, mapping), stream, signal, mapping) / signal.ratio + signal.offset
+        raw = _converted(raw, stream, signal, mapping)
     values = signal.sign * signal.scale * raw / signal.ratio + signal.offset
     if signal.frame == "ned" and signal.name == "yaw":
         values = np.pi / 2.0 - values
@@ -399,7 +399,21 @@ def _metres(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: Mapping
     latitude = mapping.origin[0] if mapping.origin else _first_latitude(stream, mapping)
     origin = mapping.origin[1] if mapping.origin else float(fixes[0])
     w = 1.0 - e2 * np.sin(np.radians(latitude)) ** 2
-    return np.asarray(np.radians(raw - origin) * (EARTH / np.sqrt(w) * np.cos(np.radians(latitude))))
+    east = (raw - origin + 180.0) % 360.0 - 180.0  # the short way, also across the meridian of 180 degrees
+    return np.asarray(np.radians(east) * (EARTH / np.sqrt(w) * np.cos(np.radians(latitude))))
+
+
+def _degrees(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+    """Degrees (n,), positive to the north and east, of a latitude's or longitude's field, whose are sign and scale. NaN
+    where both are 0: no car is there, receivers write it while they have no fix."""
+    degrees = signal.sign * in_degrees(signal.scale * stream.fields[signal.field], signal.unit)
+    other = next(
+        (one for one in mapping.signals
+         if _FIXES.get(one.unit, "") not in ("", _FIXES[signal.unit]) and one.field in stream.fields), None
+    )  # fmt: skip
+    return (
+        degrees if other is None else np.where((degrees == 0.0) & (stream.fields[other.field] == 0.0), np.nan, degrees)
+    )
 
 
 def in_degrees(values: FloatArray, unit: str) -> FloatArray:
@@ -413,7 +427,7 @@ def in_degrees(values: FloatArray, unit: str) -> FloatArray:
 def _first_latitude(stream: Stream, mapping: MappingFile) -> float:
     for signal in mapping.signals:
         if _FIXES.get(signal.unit) == LATITUDE and signal.field in stream.fields:
-            values = in_degrees(stream.fields[signal.field], signal.unit)
+            values = _degrees(stream, signal, mapping)
             if np.isfinite(values).any():
                 return float(values[np.isfinite(values)][0])
     raise LogError(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.logs.column_names import parse_header
-from pytest_dvp.logs.combined_fields import MARK, combined
+from pytest_dvp.logs.combined_fields import MARK, combined, yaw_of_quaternion
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import QUATERNION
 from pytest_dvp.logs.mapping_proposal import quaternions_of
@@ -60,8 +60,7 @@ def columns_of(streams: Sequence[Stream], clock: str) -> list[Column]:
         parts = {part for _, group in four for part in group}
         for name, group in four:
             x, y, z, w = (stream.fields[part] for part in group)
-            yaw = np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-            found += _column(stream, name, QUATERNION, t, yaw)
+            found += _column(stream, name, QUATERNION, t, yaw_of_quaternion(x, y, z, w))
         for field, values in stream.fields.items():
             if field not in parts and field != clock and "stamp." not in field:
                 unit = stream.units.get(field) or parse_header(field.rpartition(".")[2]).unit or ""
