@@ -28,7 +28,8 @@ FLATTENING = 1 / 298.257223563  # WGS 84
 QUATERNION, LATITUDE, LONGITUDE = "quaternion", "latitude", "longitude"
 LATITUDE_DDMM, LONGITUDE_DDMM = "latitude ddmm", "longitude ddmm"
 _FIXES = {LATITUDE: LATITUDE, LONGITUDE: LONGITUDE, LATITUDE_DDMM: LATITUDE, LONGITUDE_DDMM: LONGITUDE}
-_FLIPPED = frozenset(("y", "vy", "ay", "yaw_rate", "steer", "steer_cmd"))  # by a body frame with y to the right
+_IN_THE_CAR = frozenset(("vy", "ay", "yaw_rate", "steer", "steer_cmd"))  # turned round by y to the right, z downwards
+_FLIPPED = {"frd": _IN_THE_CAR | {"y", "yaw"}, "ned": _IN_THE_CAR, "flu": frozenset[str]()}
 STAMP = 1e-6  # [s]: stamps nearer than this are one
 
 
@@ -41,8 +42,8 @@ class SignalMap:
             of these, sign * scale * field are the degrees
             "mean of UNIT", "norm of UNIT", "rate of UNIT" for `field = "A + B"`
     ratio   hand wheel to road wheel, for steering
-    frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right) or "ned" (yaw is
-            a compass heading, clockwise from north)
+    frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right, yaw clockwise) or
+            "ned" (as "frd", but yaw is a compass heading, clockwise from north; not for x and y, whose fields say it)
     time    "header", "receive" or the name of a field with the time [s]
     delay   [s] that the stamps come too late; taken off them
     """
@@ -109,8 +110,10 @@ def read_mapping(path: Path) -> MappingFile:
     for signal in signals:
         if names.count(signal.name) > 1:
             raise LogError(f"{path}: {signal.name} is named {names.count(signal.name)} times", "log.bad_mapping")
-        if signal.frame not in ("flu", "frd", "ned"):
+        if signal.frame not in _FLIPPED:
             raise _bad(path, f"{signal.name}.frame", signal.frame, "flu, frd, ned")
+        if signal.frame == "ned" and signal.name in ("x", "y"):
+            raise _bad(path, f"{signal.name}.frame", "ned", "none; x takes the field of the east, y that of the north")
         if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
             raise _bad(path, signal.name, "", "ratio and scale not 0, sign 1 or -1")
     unit = find_unit(log.get("time_unit", "s"))
@@ -356,7 +359,7 @@ def _values(
     values = signal.sign * signal.scale * raw / signal.ratio + signal.offset
     if signal.frame == "ned" and signal.name == "yaw":
         values = np.pi / 2.0 - values
-    if (signal.frame == "frd" and signal.name in _FLIPPED) or (signal.frame == "ned" and signal.name == "yaw_rate"):
+    if signal.name in _FLIPPED[signal.frame]:
         values = -values
     return _unwrapped(values) if signal.name == "yaw" else values
 

@@ -86,7 +86,7 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
         "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
         "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), time,",
         "# delay [s] by which its stamps are too late,",
-        '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
+        '# frame = "frd" (y to the right) or "ned" (the same, and yaw is a compass heading)',
     ]
     for one in told:
         if one.doubt and one.signal.name in _NEEDED:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 # WGS 84 at 60 degrees: a degree of latitude is 111,412 m, one of longitude 55,800 m (series of NIMA TR8350.2).
@@ -67,3 +68,25 @@ def test_the_length_of_a_quaternion_does_not_matter_and_0_states_nothing(tmp_pat
     log = read(tmp_path, columns, '[[signal]]\nname = "yaw"\nfield = "q"\nunit = "quaternion"\n')
     assert np.flatnonzero(np.isnan(log["yaw"])).tolist() == [50]
     assert log["yaw"][size > 0.0] == pytest.approx(yaw[size > 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("frame", ["frd", "ned"])
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("vy", "m/s"), ("ay", "m/s^2"), ("yaw_rate", "rad/s"), ("steer", "rad"), ("steer_cmd", "rad")],
+)
+def test_what_a_car_measures_turns_round_with_its_z_axis(tmp_path: Path, frame: str, name: str, unit: str) -> None:
+    entry = f'[[signal]]\nname = "{name}"\nfield = "a"\nunit = "{unit}"\nframe = "{frame}"\n'
+    assert read(tmp_path, {"a": T}, entry)[name] == pytest.approx(-T)
+
+
+@pytest.mark.parametrize(("frame", "of_east"), [("frd", 0.0), ("ned", np.pi / 2)])
+def test_a_yaw_that_counts_clockwise_is_turned_round(tmp_path: Path, frame: str, of_east: float) -> None:
+    entry = f'[[signal]]\nname = "yaw"\nfield = "a"\nunit = "rad"\nframe = "{frame}"\n'
+    assert read(tmp_path, {"a": 0.1 * T}, entry)["yaw"] == pytest.approx(of_east - 0.1 * T)
+
+
+def test_a_frame_that_says_nothing_of_x_is_refused(tmp_path: Path) -> None:
+    entry = '[[signal]]\nname = "x"\nfield = "a"\nunit = "m"\nframe = "ned"\n'
+    with pytest.raises(LogError, match=r"x\.frame: found 'ned', allowed: none; x takes the field of the east"):
+        read(tmp_path, {"a": T}, entry)
