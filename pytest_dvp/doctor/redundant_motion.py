@@ -17,6 +17,9 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 WINDOW = 0.4  # [s] of means and differences: long against the noise of a position, short against a manoeuvre
 COURSE_WINDOW = 0.8  # [s]: the direction of the path is noisier
+FARTHEST = 40.0  # [s]: GPS time is 18 s ahead of UTC since 2017, TAI 37 s (IERS Bulletin C)
+ALIKE = 0.9  # correlation below which two witnesses of one thing do not fit, and above which they do; chosen
+_PART = 0.4  # of a log, the farthest that is looked: most of it still lies one upon the other
 _GRID = 0.02  # [s] finest grid
 _THIN = 0.1  # [s] between the rows that scales and signs are judged by
 _MOST = 20_000  # of them
@@ -183,7 +186,12 @@ def best_lag(
     n = len(a)
     if n < 4 * reach + 20:
         return 0.0, 0.0
-    found = _correlations(a, b, reach)
+    return _peak(_correlations(a, b, reach), step, positive=positive)
+
+
+def _peak(found: FloatArray, step: float, *, positive: bool) -> tuple[float, float]:
+    """Lag [s] and value of the largest of correlations (n,) that lie `step` [s] apart around the lag 0."""
+    reach = len(found) // 2
     top = int(np.argmax(found if positive else np.abs(found)))
     lag = float(top - reach)
     if 0 < top < 2 * reach:
@@ -191,6 +199,16 @@ def best_lag(
         bend = left - 2.0 * peak + right
         lag += 0.5 * (left - right) / bend if bend < 0 else 0.0
     return lag * step, float(found[top])
+
+
+def far_lag(a: FloatArray, b: FloatArray, step: float, near: float) -> float | None:
+    """Lag [s] up to FARTHEST at which `a` and `b` (n,) are alike, for two whose correlation `near` at hand is poor: two
+    clocks that were set apart. None if there is none, or none that leaves half as much unexplained: a drive that
+    repeats itself is nearly as much alike a period later. They have one sample each `step` [s]."""
+    reach = min(round(FARTHEST / step), int(_PART * len(a)))
+    lag, alike = _peak(_correlations(a, b, reach), step, positive=True)
+    better = alike > ALIKE and 1.0 - alike**2 < 0.5 * (1.0 - near**2)
+    return lag if better and abs(lag) < (reach - 1) * step else None
 
 
 def _correlations(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.redundant_motion import Motion, best_lag, rows_between
+from pytest_dvp.doctor.redundant_motion import ALIKE, Motion, best_lag, far_lag, rows_between
 from pytest_dvp.logs.log_contents import FloatArray
 
 
@@ -123,9 +123,11 @@ def _signs(usable: dict[str, FloatArray], step: float) -> dict[str, int]:
 def shape_of(a: FloatArray, b: FloatArray, step: float) -> float:
     """Correlation at the best lag within 0.3 s: delays of actuators and sensors do not make a sign.
 
-    Samples (n,) of both, one each `step` [s], in any units; without a unit, -1 to 1.
+    0 for what only looks turned round, as its clock is seconds off. Samples (n,) of both, one each `step` [s], in any
+    units; without a unit, -1 to 1.
     """
-    return best_lag(a, b, step, 0.3)[1]
+    shape = best_lag(a, b, step, 0.3)[1]
+    return 0.0 if -ALIKE < shape < 0.0 and far_lag(a, b, step, shape) is not None else shape
 
 
 def _check_heading(motion: Motion, *, mirrored: bool, file: str, findings: Findings) -> None:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, part_of
+from pytest_dvp.doctor.redundant_motion import ALIKE, Motion, best_lag, correlation, far_lag, part_of
 from pytest_dvp.doctor.smoothing import time_constant
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -18,7 +18,7 @@ JITTER = 0.04  # share of the sample interval: standard deviation that bends a d
 GAP = 2.5  # sample intervals
 PARTED = 0.5  # share of the time without rows: no one recording any more
 OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
-LONGEST = 2.0  # [s] looked for
+LONGEST = 2.0  # [s] looked for; farther only where nothing fits there
 PART = 30.0  # [s] of a long log that is looked at alone: a clock that is late for a while only
 ALONE = 2  # parts in a row that must say so
 
@@ -280,9 +280,9 @@ def _check_parts(
 ) -> None:  # fmt: skip
     """Channels whose clock agrees with the others' over the whole log, but not for a while."""
     rows = round(PART / motion.step)
-    begins = range(0, len(motion.t) - rows + 1, rows)
-    if len(begins) < 2 * ALONE:
+    if rows < 1 or len(motion.t) < 2 * ALONE * rows:
         return
+    begins = range(0, len(motion.t) - rows + 1, rows)
     parts = [pair_lags(part_of(motion, begin, begin + rows)) for begin in begins]
     for pair in whole:
         if pair[0] == "path_turn":
@@ -325,6 +325,10 @@ def pair_lags(motion: Motion) -> dict[tuple[str, str], float]:
         if np.count_nonzero(known) < 100 or min(np.std(a[known]), np.std(b[known])) < least:
             continue
         lag, top = best_lag(a, b, motion.step, LONGEST, positive=True)
+        near = top if abs(lag) < LONGEST - motion.step else 0.0
+        if near < ALIKE and (far := far_lag(a, b, motion.step, near)) is not None:
+            lags[first, second] = far
+            continue
         if top < 0.6 or abs(lag) >= LONGEST - motion.step:
             continue
         if top**2 - correlation(a[known], b[known]) ** 2 < 0.05 * (1.0 - top**2):

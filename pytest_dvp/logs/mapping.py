@@ -20,6 +20,7 @@ from pytest_dvp.logs.signals import SIGNALS, describe
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.time_column import clock_of
+from pytest_dvp.logs.topic_clocks import on_one_clock
 from pytest_dvp.logs.units import find_unit, units_of
 from vehicle.toml_file import TomlError, read_toml
 
@@ -209,25 +210,8 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
 
 
 def _on_one_clock(streams: Sequence[Stream], mapping: MappingFile, file: str, findings: Findings) -> Sequence[Stream]:
-    """The streams, with the recorder's clock of those without a header moved to that of the headers, by the median of
-    what lies between the two in the others: headers may count from 1970, the recorder from its first message."""
-    of_header = (stream_of(streams, s, mapping, file) for s in mapping.signals if (s.time or mapping.time) == "header")
-    used = list({id(stream): stream for stream in of_header}.values())
-    apart = [np.nanmedian(s.header - s.receive) for s in used if s.header is not None and _told(s.header - s.receive)]
-    bare = {id(s) for s in used if s.header is None and not (s.si and "t" in s.fields)}
-    if not apart or not bare:
-        return streams
-    shift = float(np.median(apart))
-    for topic in dict.fromkeys(s.topic for s in used if id(s) in bare):
-        findings.add(
-            "log.no_header", file, None, topic, "its messages have no header: the recorder's clock is taken, moved by "
-            f"the {shift:.6g} s between the two clocks of the other topics", severity="warning",
-        )  # fmt: skip
-    return [dataclasses.replace(s, receive=s.receive + shift) if id(s) in bare else s for s in streams]
-
-
-def _told(values: FloatArray) -> bool:
-    return bool(np.isfinite(values).any())
+    of_header = [s for s in mapping.signals if (s.time or mapping.time) == "header"]
+    return on_one_clock(streams, [(stream_of(streams, s, mapping, file), s.delay) for s in of_header], file, findings)
 
 
 def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[str]:

@@ -151,6 +151,25 @@ def test_rows_without_a_time_are_left_out(tmp_path: Path) -> None:
     assert log["v"].tolist() == [1.0, 3.0, 4.0]
 
 
+def stamped(ahead: int, name: str) -> list[tuple[float, dict[str, object]]]:
+    """Ten messages a second whose header's clock is so many seconds ahead of the recorder's in 1970 + 54 years."""
+    return [(0.1 * k, {"header": {"stamp": {"sec": 1_700_000_000 + ahead + k // 10, "nanosec": k % 10 * 100_000_000}},
+                       name: float(k)}) for k in range(200)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("ahead", "said"), [(18, "18 s ahead of"), (-1_699_999_987, "1699999987 s behind")])
+def test_topics_with_clocks_that_differ_are_told_with_the_seconds(tmp_path: Path, ahead: int, said: str) -> None:
+    file = write_json(tmp_path / "a.mcap", {"/a": stamped(0, "v"), "/b": stamped(ahead, "w")})
+    first = '[log]\nonly = true\n[[signal]]\nname = "v"\ntopic = "/a"\nfield = "v"\nunit = "m/s"\n'
+    second = '[[signal]]\nname = "yaw_rate"\ntopic = "/b"\nfield = "w"\nunit = "rad/s"\n'
+    with pytest.raises(LogError, match=f"log.clock_offset /b: its headers are {said} those of /a") as error:
+        read_log(file, mapping=mapping(tmp_path, first + second))
+    assert f"delay = {ahead}`" in str(error.value)
+    log = read_log(file, mapping=mapping(tmp_path, f"{first}{second}delay = {ahead}\n"))
+    assert log["v"] == pytest.approx(log["yaw_rate"])
+    assert log.meta["import"]["findings"] == []
+
+
 def test_a_topic_of_two_channels_is_one(tmp_path: Path) -> None:
     """As a recorder writes that was started again."""
     path = tmp_path / "a.mcap"
