@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, slope
+from pytest_dvp.doctor.redundant_motion import ALIKE, Motion, best_lag, correlation, slope
 from pytest_dvp.doctor.signs_and_axes import shape_of, tell_sign
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -25,6 +25,16 @@ _SCALES = (  # ratio of what was read to what it should be -> what happened
     (3.6, "km/h stored as m/s", "km/h"), (2.23694, "mph stored as m/s", "mph"), (1.94384, "knots stored as m/s", "kn"),
     (1 / 3.6, "m/s stored as km/h", "m/s"),
 )  # fmt: skip
+_LENGTHS = (  # the same where a unit of length is wrong; `x` and not `v` where the positions are too large
+    (1e3, "mm/s stored as m/s, or x and y in km", "mm/s"), (1e2, "cm/s stored as m/s", "cm/s"),
+    (1 / 0.3048, "ft/s stored as m/s", "ft/s"),
+)  # fmt: skip
+_PLACES = ((1e-3, "mm"), (1e-2, "cm"), (0.3048, "ft"))
+_ACCELERATIONS = (  # least and largest of what was read over what it should be -> what happened
+    (0.08, 0.125, "g stored as m/s^2", "g"), (8.0, 12.5, "m/s^2 stored as g", "m/s^2"),
+    (80.0, 125.0, "mg or cm/s^2 stored as m/s^2", "mg"), (0.008, 0.0125, "m/s^2 stored as mg or cm/s^2", "m/s^2"),
+    (800.0, 1250.0, "mm/s^2 stored as m/s^2", "mm/s^2"),
+)  # fmt: skip
 
 
 def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
@@ -35,7 +45,9 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
     ratio, against = _speed_ratio(motion)
     if not math.isfinite(ratio) or 0.8 < ratio < 1.25:
         return motion
-    text, unit = next(((text, unit) for value, text, unit in _SCALES if abs(ratio / value - 1.0) < 0.1), ("", ""))
+    nearest = min((*_SCALES, *_LENGTHS), key=lambda scale: abs(math.log(max(ratio, 1e-9) / scale[0])))
+    text, unit = nearest[1:] if abs(ratio / nearest[0] - 1.0) < 0.1 else ("", "")
+    place = next((place for value, place in _PLACES if abs(ratio / value - 1.0) < 0.05), "")
     if against != "the positions" and not unit:
         return motion  # accelerometers may have a scale of their own
     if against == "the positions" and _slips(motion):
@@ -46,6 +58,13 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
             "show everywhere", severity="warning",
         )  # fmt: skip
         return motion
+    if place and against == "the positions" and not unit:
+        findings.add(
+            "log.unit_suspect", file, None, "column x, y", f"x and y do not fit v: {place} stored as m",
+            found=f"v = {ratio:.3g} * distance over time", allowed="0.8 to 1.25",
+            hint=f"write `x [{place}]` and `y [{place}]`",
+        )  # fmt: skip
+        return dataclasses.replace(motion, of={**motion.of, "path_speed": motion.of["path_speed"] * ratio})
     findings.add(
         "log.unit_suspect",
         file,
@@ -66,6 +85,8 @@ def _slips(motion: Motion) -> bool:
     """True if v is the speed over ground in a good part of the drive and another one, not in proportion, elsewhere."""
     of = motion.of
     at = motion.moving & (of["path_speed"] > 0) & np.isfinite(of["v"])
+    if not at.any():
+        return False
     ratio = np.abs(of["v"][at]) / of["path_speed"][at]
     low, middle, high = np.percentile(ratio, [25, 50, 75])
     return bool(np.mean(np.abs(ratio - 1.0) < SAME) >= GRIPS and high - low > UNEVEN * middle)
@@ -75,10 +96,15 @@ def _speed_ratio(motion: Motion) -> tuple[float, str]:
     """v over the true speed, and by what; NaN if nothing tells."""
     of = motion.of
     if motion.has("v", "path_speed"):
-        at = motion.moving & (of["path_speed"] > 0)
-        if np.count_nonzero(at) < 20 or float(np.nanpercentile(of["path_speed"], 80)) < 0.5:
-            return math.nan, ""  # standing: the positions move by their noise only
-        return float(np.median(np.abs(of["v"][at]) / of["path_speed"][at])), "the positions"
+        speed, path = np.abs(of["v"]), of["path_speed"]
+        at = motion.moving & (path > 0)
+        if float(np.nanpercentile(path, 80)) < 0.5:  # the positions move by their noise only, or are in km
+            at = np.isfinite(speed) & (path > 0)
+            if float(np.nanpercentile(speed, 80)) < 0.5 or correlation(speed[at], path[at]) < ALIKE:
+                return math.nan, ""
+        if np.count_nonzero(at) < 20:
+            return math.nan, ""
+        return float(np.median(speed[at] / path[at])), "the positions"
     if not motion.has("v", "yaw_rate", "ax", "ay"):
         return math.nan, ""
     found = []
@@ -119,10 +145,9 @@ def check_acceleration(motion: Motion, file: str, findings: Findings) -> None:
         if values is None or np.std(reference) < 0.2 or abs(correlation(values, reference)) <= 0.8:
             continue
         ratio = abs(slope(values, reference))
-        if 0.08 < ratio < 0.125:
-            _tell_unit(name, "g stored as m/s^2", f"{name} = {ratio:.3g} * {what}", "g", file, findings)
-        elif 8.0 < ratio < 12.5:
-            _tell_unit(name, "m/s^2 stored as g", f"{name} = {ratio:.3g} * {what}", "m/s^2", file, findings)
+        for least, most, text, unit in _ACCELERATIONS:
+            if least < ratio < most:
+                _tell_unit(name, text, f"{name} = {ratio:.3g} * {what}", unit, file, findings)
     for name, values in (("ax", ax), ("accel_cmd", of["accel_cmd"][known] if "accel_cmd" in of else None)):
         if values is not None and np.std(along) > 0.2 and shape_of(values, along, motion.step) < -0.6:
             tell_sign(name, "dv/dt", file, findings)

@@ -14,6 +14,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 SLOWEST = 0.5  # Hz: below, no manoeuvre of a car can be seen
 FASTEST = 20_000.0  # Hz: above, the stamps are in another unit
+USUAL = (1e-3, 0.5)  # [s] between rows: milliseconds for seconds, or the reverse, are never in between; chosen
 JITTER = 0.04  # share of the sample interval: standard deviation that bends a derivative by as much
 GAP = 2.5  # sample intervals
 PARTED = 0.5  # share of the time without rows: no one recording any more
@@ -56,7 +57,8 @@ def check_rate(log: Log, file: str, line: int | None, findings: Findings) -> boo
     median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     ratio = _travel_ratio(log, median)
     slow, fast = median > 1.0 / SLOWEST, 0 < median < 1.0 / FASTEST
-    if not (slow or fast or ratio > 100.0 or 0.0 < ratio < 0.01):
+    # At a usual rate a ratio is one of v or of x and y: check_speed tells it.
+    if not (slow or fast or (ratio > 100.0 and median >= USUAL[1]) or (0.0 < ratio < 0.01 and median <= USUAL[0])):
         return True
     guess = " milliseconds stored as seconds?" if 0.5 < median < 1e4 and (ratio > 100.0 or slow) else ""
     against = f"; v * dt is {ratio:.3g} times the distance between positions" if ratio > 0.0 else ""

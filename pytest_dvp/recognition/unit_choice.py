@@ -16,7 +16,7 @@ from pytest_dvp.logs.units import find_unit
 
 UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("m", 0.0), ("cm", 1.5), ("mm", 1.5), ("km", 2.0), ("ft", 2.0)),
-    "m/s": (("m/s", 0.0), ("km/h", 0.3), ("mph", 1.0), ("kn", 1.5)),
+    "m/s": (("m/s", 0.0), ("km/h", 0.3), ("mph", 1.0), ("kn", 1.5), ("cm/s", 2.0), ("mm/s", 2.0)),
     "m/s^2": (("m/s^2", 0.0), ("g", 0.3), ("mg", 2.5), ("cm/s^2", 2.5)),
     "rad/s": (("rad/s", 0.0), ("deg/s", 0.1), ("mrad/s", 3.0)),
     "rad": (("rad", 0.0), ("deg", 0.1)),
@@ -75,8 +75,10 @@ def choose(kinds: Mapping[str, str], stated: Mapping[str, str], relations: Seque
         others = [(total, them[k]) for total, them in costs if them[k] != units[k]]
         worse, rival = min(others, default=(math.inf, ""))
         scales = {n: _scale(u) for n, u in zip(names, units, strict=True)}
-        touched = any(name in r.powers and r.cost(scales) < r.far for r in used)
-        decided = name in stated or (touched and worse - best > CLEAR)
+        of_it = [r for r in used if name in r.powers]
+        touched = any(r.cost(scales) < r.far for r in of_it)
+        beyond = any(r.upper and r.cost(scales) >= r.far for r in of_it)  # what no car does, and no unit mends
+        decided = name in stated or (touched and not beyond and worse - best > CLEAR)
         found[name] = Choice(units[k], decided, "" if decided else rival)
     return found
 
