@@ -70,15 +70,16 @@ def kind_of(path: Path) -> str:
 def _csv(data: bytes, path: Path, out: Path, account: Account) -> Recovered:
     text = normalised(data, path)
     zeros = text.count(b"\x00")
-    text = text.replace(b"\x00", b"")
-    head = read_head(text, Table(str(path), "csv", []))
+    head = read_head(text.replace(b"\x00", b""), Table(str(path), "csv", []))
     names, separator = [canonical(header.name) for header in head.headers], head.separator
     if "t" not in names:
         raise LogError(f"{path}: nothing can be recovered: no time column in the header", "log.time_missing")
     clock, width = names.index("t"), len(names)
     account.rows(head.body.count(b"\n"))
     unit = find_unit(head.headers[clock].unit or "s")
-    lines = text[len(text) - len(head.body) :].decode("latin-1").split("\n")
+    # Zero bytes stay in their row, which is none then: without them two halves of rows would look like a whole one.
+    top = text.replace(b"\x00", b"")[: -len(head.body) or None]
+    lines = text.split(b"\n", top.count(b"\n"))[-1].decode("latin-1").split("\n")
     rows = [_fields(line, separator) for line in lines]
     rows = [row[:-1] if len(row) == width + 1 and not row[-1].strip() else row for row in rows]
     whole = [row for row in rows if len(row) == width]
@@ -92,7 +93,7 @@ def _csv(data: bytes, path: Path, out: Path, account: Account) -> Recovered:
             continue
         time = time_of(row[clock], separator) if len(row) == width else None
         good = time is not None and all(i in words or _cell(cell, separator) for i, cell in enumerate(row))
-        if good and time is not None and np.isfinite(time):
+        if good and time is not None and np.isfinite(time) and "\x00" not in line:
             kept.append(line)
             times.append(time)
         else:
@@ -101,7 +102,7 @@ def _csv(data: bytes, path: Path, out: Path, account: Account) -> Recovered:
         raise LogError(f"{path}: nothing can be recovered: {len(kept)} whole rows", "log.too_short")
     lost = [f"{len(lost_at)} row{'s' * (len(lost_at) > 1)} not whole, first in line {lost_at[0]}"] if lost_at else []
     lost += [f"{zeros} zero bytes"] if zeros else []
-    write_whole(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
+    write_whole(out, top + ("\n".join(kept) + "\n").encode("latin-1"))
     scale = unit.scale if unit is not None and time_of is _number else 1.0
     return Recovered(len(kept), "rows", (times[-1] - times[0]) * scale, tuple(lost))
 
@@ -110,7 +111,7 @@ def _fields(line: str, separator: str) -> list[str]:
     if line.count('"') % 2:  # a quote that is not closed would take the lines below with it
         return [line]
     try:
-        return next(csv.reader([line], delimiter=separator), []) if line.strip() else []
+        return next(csv.reader([line], delimiter=separator), []) if line.strip(" \t\x00") else []
     except csv.Error:  # longer than a field may be
         return [line]
 

@@ -29,6 +29,18 @@ def messages(path: Path) -> list[tuple[int, bytes]]:
         return [(message.log_time, message.data) for _, _, message in make_reader(file).iter_messages()]
 
 
+def test_two_rows_around_a_block_of_zeros_do_not_become_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A block that was never written begins in one row and ends in another; together they would look like a whole one."""
+    rows = [f"{0.1 * k:.1f},{k}.5" for k in range(60)]
+    text = "t [s],v [m/s]\n" + "\n".join(rows) + "\n"
+    begin, end = text.index("2.0,20.5") + 3, text.index("3.0,30.5") + 3
+    path, out = tmp_path / "a.csv", tmp_path / "b.csv"
+    path.write_text(text[:begin] + "\x00" * (end - begin) + text[end:], encoding="utf-8")
+    told = recovered(path, out, capsys)
+    assert out.read_text(encoding="utf-8").split("\n")[1:-1] == rows[:20] + rows[31:]
+    assert told["lost"] == ["1 row not whole, first in line 22", f"{end - begin} zero bytes"]
+
+
 def test_the_whole_rows_of_a_damaged_table_come_out_word_for_word(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
