@@ -27,7 +27,8 @@ def clock_of(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
         return [dataclasses.replace(stream, receive=stamps)], bare, remark
     steps = {field: _even_step(values) for field, values in stream.fields.items()}
     rising = [field for field, step in steps.items() if step > 0.0]
-    clocks = [field for field in rising if steps[field] != 1.0 or stream.units.get(field)] or rising  # 1, 2, 3 counts
+    counts = {field for field in rising if steps[field] == 1.0 and stream.units.get(field, "-") == "-"}  # 1, 2, 3
+    clocks = [field for field in rising if field not in counts] or rising
     if not clocks:
         return [stream], "receive", "no field rises from row to row: put in the one with the time"
     unit = find_unit(stream.units.get(clocks[0], "")) or UNITS[_unit_of_steps(stream.fields[clocks[0]])]

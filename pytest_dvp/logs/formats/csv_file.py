@@ -34,6 +34,9 @@ EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", 
 LOGIC = {"true": 1.0, "false": 0.0}
 _DECIMAL_COMMA = re.compile(rb'"[-+]?\d+,(\d{1,2}|\d{4,})"')
 RECOVER = "`dvp recover` writes the whole rows to a new file"
+_CLOCK = re.compile(r"\d:\d")  # of a time in words, which is no unit
+_NUMBERS = "a number such as 1.5 or -2e-3; empty where nothing was measured"
+_TIMES = "a number, or a time such as 12:03:04.5, 2026-05-01T12:03:04.5+02:00 or 01.05.2026 12:03:04"
 _HEAD = 1 << 16  # bytes, and
 _LINES = 60  # among which the header is
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
@@ -143,7 +146,8 @@ def read_head(text: bytes, table: Table) -> Head:
     while names and not names[-1] and len(names) > 1:
         names.pop()  # a separator at the end of each line
     if names and not names[0] and len(names) > 1:
-        names[0] = next(name for name in ("index", "index_1") if name not in names)  # pandas writes its index so
+        first = next(name for name in ("index", "index_1") if name not in names)
+        names[0] = f"{first} [-]"  # pandas writes its index without a name
     _refuse_headless(table, names, line)
     body = text[end + 1 :] if end >= 0 else b""
     headers, body, line = _units_row([parse_header(name) for name in names], body, line + 1, separator)
@@ -298,7 +302,8 @@ def _units_row(headers: list[Header], body: bytes, line: int, separator: str) ->
     except csv.Error:  # a field of more than 131,072 characters is no unit
         return headers, body, line
     words = [cell for cell in cells if cell.lower() not in EMPTY or cell == "-"]
-    if len(cells) != len(headers) or not words or any(_is_number(cell) and cell != "1" for cell in words):
+    numbers = any((_is_number(cell) and cell != "1") or _CLOCK.search(cell) for cell in words)
+    if len(cells) != len(headers) or not words or numbers:
         return headers, body, line
     if any(header.unit is None for header in headers) and not any(cell.startswith("=") for cell in cells):
         filled = [
@@ -427,7 +432,7 @@ def _slowly(
             "log.text_column" if words_only else "value.not_a_number",
             table.file, int(lines[i]), f"column {header.name}",
             "a column of words is left out" if words_only else "this is not a number",
-            found=cell, allowed="" if words_only else "a number such as 1.5 or -2e-3; empty where nothing was measured",
+            found=cell, allowed=_TIMES if canonical(header.name) == "t" else "" if words_only else _NUMBERS,
             severity="warning" if words_only else "error",
         )  # fmt: skip
     if table.findings.errors:

@@ -75,3 +75,17 @@ def test_a_quoted_decimal_comma_is_one_unless_it_may_separate_thousands(tmp_path
     assert set(log.columns["v"]) == {12.5}
     with pytest.raises(LogError, match=r"value\.not_a_number column v"):
         read(tmp_path, "t [s],v [m/s]", lambda i: f'{i},"1,250"')
+
+
+def test_a_time_in_words_that_is_none_is_told_with_what_is_allowed(tmp_path: Path) -> None:
+    with pytest.raises(LogError) as error:
+        read(tmp_path, "time,v [m/s]", lambda i: f"05/01/2026 12:00:{i:02d},1")
+    told = [f for f in error.value.findings if f.element == "column time"]
+    assert [f.line for f in told] == [2]
+    assert "found '05/01/2026 12:00:00'; allowed: a number, or a time such as 12:03:04.5" in told[0].message
+
+
+def test_a_first_row_with_nothing_but_its_time_is_no_row_of_units(tmp_path: Path) -> None:
+    log = read(tmp_path, "time,v [m/s]", lambda i: f"12:00:{i:02d},{i if i else ''}")
+    assert log.t.tolist() == [43200.0 + i for i in range(ROWS)]
+    assert np.isnan(log["v"]).tolist() == [True] + (ROWS - 1) * [False]

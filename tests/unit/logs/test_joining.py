@@ -38,6 +38,7 @@ def test_another_comment_is_passed_over(tmp_path: Path, comment: str) -> None:
 def test_a_first_column_without_a_name_is_an_index(tmp_path: Path) -> None:
     file = written(tmp_path / "a.csv", ",t [s],v [m/s]", "0,0.0,1", "1,0.1,2", "2,0.2,3")
     assert [c.header.name for c in read_csv(file).columns] == ["index", "t", "v"]
+    assert read_log(file)["index"].tolist() == [0.0, 1.0, 2.0]  # and needs no unit
     with pytest.raises(LogError, match="column 2 has no name"):
         read_csv(written(tmp_path / "b.csv", "t [s],,v [m/s]", "0.0,1,2"))
 

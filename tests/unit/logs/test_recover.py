@@ -29,8 +29,8 @@ def messages(path: Path) -> list[tuple[int, bytes]]:
         return [(message.log_time, message.data) for _, _, message in make_reader(file).iter_messages()]
 
 
-def test_two_rows_around_a_block_of_zeros_do_not_become_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A block that was never written begins in one row and ends in another; together they would look like a whole one."""
+def test_rows_around_a_block_of_zeros_do_not_become_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A block that was never written begins in one row and ends in another; together they would look like a whole."""
     rows = [f"{0.1 * k:.1f},{k}.5" for k in range(60)]
     text = "t [s],v [m/s]\n" + "\n".join(rows) + "\n"
     begin, end = text.index("2.0,20.5") + 3, text.index("3.0,30.5") + 3
