@@ -19,6 +19,9 @@ JITTER = 0.04  # share of the sample interval: standard deviation that bends a d
 GAP = 2.5  # sample intervals
 PARTED = 0.5  # share of the time without rows: no one recording any more
 OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
+RETURN = 30.0  # [s] within which a position that jumped away must come back; then
+HOME = 0.1  # of the jump it may miss the way that speed and heading lead, for
+SEEN = 5  # rows; all three chosen
 LONGEST = 2.0  # [s] looked for; farther only where nothing fits there
 PART = 30.0  # [s] of a long log that is looked at alone: a clock that is late for a while only
 ALONE = 2  # parts in a row that must say so
@@ -151,6 +154,16 @@ def check_jumps(log: Log, file: str, findings: Findings) -> None:
     faster = abs(v[row + 1] - v[row]) > 15.0 * abs(steps[row]) + 0.1 * top + 0.05
     far = beyond[row] > max(1.5 * top, 5.0 if top > 3.0 else 0.0)
     others = [name for name, jumped in (("yaw", turned), ("v", faster)) if jumped]
+    back = not others and "yaw" in log.columns and _comes_back(t, x, y, v, yaw, row, float(beyond[row]))
+    if back:
+        findings.add(
+            "log.position_jump", file, None, "column x",
+            f"the position jumps {len(jumps)} times, most by {beyond[row]:.3g} m at t = {t[row + 1]:.6g} s; some "
+            "seconds before and after it is where speed and heading lead",
+            hint="a fix that was lost and held, or written as 0: leave x and y empty there, or cut the log",
+            severity="error" if far else "warning",
+        )  # fmt: skip
+        return
     if far or (others and beyond[row] > 0.3 * top):
         findings.add(
             "log.concatenated", file, None, "column x",
@@ -164,6 +177,27 @@ def check_jumps(log: Log, file: str, findings: Findings) -> None:
         "while speed and heading go on", hint="a position fix that jumped, or two runs in one file: cut the log there",
         severity="warning",
     )  # fmt: skip
+
+
+def _comes_back(
+    t: FloatArray, x: FloatArray, y: FloatArray, v: FloatArray, yaw: FloatArray, row: int, jump: float
+) -> bool:
+    """Whether the position after a jump [m], or before it, is where speed and heading lead from a position less than
+    RETURN earlier, or later: what lies in between is wrong, and no other run begins."""
+    steps = np.diff(t)
+    east, north = (
+        np.concatenate([[0.0], np.cumsum(0.5 * (part[1:] + part[:-1]) * steps)])
+        for part in (v * np.cos(yaw), v * np.sin(yaw))
+    )
+    off_x, off_y = x - east, y - north  # constant where the position goes as speed and heading say
+    for here, others in (
+        (row + 1, (t < t[row]) & (t > t[row] - RETURN)),
+        (row, (t > t[row + 1]) & (t < t[row + 1] + RETURN)),
+    ):
+        miss = np.hypot(off_x[others] - off_x[here], off_y[others] - off_y[here])
+        if np.count_nonzero(miss < HOME * jump) >= SEEN:
+            return True
+    return False
 
 
 def _fixes(log: Log) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray] | None:
