@@ -12,7 +12,7 @@ from pytest_dvp.doctor.missing_values import check_missing
 from pytest_dvp.doctor.position_drift import check_drift, check_lost_fix
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
-from pytest_dvp.doctor.signs_and_axes import check_turning
+from pytest_dvp.doctor.signs_and_axes import check_direction, check_turning
 from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_speed, check_wishes
 from pytest_dvp.doctor.time_base import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.logs.log import Log
@@ -71,6 +71,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
     if motion is None or any(f.code == "log.concatenated" for f in findings.found[before:]):
         return findings.in_order()
     motion = check_speed(motion, name, findings)
+    motion = check_direction(motion, name, findings)
     motion = check_angles(log, motion, name, findings)
     if not output:
         check_sensors(log, motion, name, findings)
@@ -90,7 +91,7 @@ def _righted(motion: Motion, findings: Findings) -> Motion:
         column = finding.element.removeprefix("column ")
         if finding.code == "log.axes_swapped" and column == "ax":
             of["ax"], of["ay"] = of["ay"], of["ax"]
-        elif finding.code in ("log.sign_flipped", "log.axes_swapped"):
+        elif finding.code in ("log.sign_flipped", "log.axes_swapped") and column != "v":  # which is righted already
             witness = {"yaw": "turn", "x": "path_turn", "y": "path_turn"}.get(column, column)
             if witness in of:
                 of[witness] = -of[witness]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,22 @@ import numpy as np
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import ALIKE, Motion, best_lag, far_lag, rows_between
 from pytest_dvp.logs.log_contents import FloatArray
+
+BACKWARDS = 0.8  # of the drive v must say so, and the cosine between course and yaw against it, to be wrong; chosen
+
+
+def check_direction(motion: Motion, file: str, findings: Findings) -> Motion:
+    """A speed that says backwards while the path goes where yaw points. Returns the motion with v turned round then, so
+    that it does not turn round all else that is judged by it."""
+    of = motion.of
+    at = motion.moving & np.isfinite(motion.course) & np.isfinite(motion.heading)
+    if "v" not in of or np.count_nonzero(at) < 50 or np.mean(of["v"][at] < 0.0) < BACKWARDS:
+        return motion
+    mean = complex(np.mean(np.exp(1j * (motion.course[at] - motion.heading[at]))))
+    if mean.real < BACKWARDS:
+        return motion
+    tell_sign("v", "x, y, yaw", file, findings)
+    return dataclasses.replace(motion, of={**of, **{name: -of[name] for name in ("v", "accel") if name in of}})
 
 
 def check_turning(motion: Motion, file: str, findings: Findings) -> None:

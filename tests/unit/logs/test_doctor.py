@@ -457,3 +457,28 @@ def test_a_clock_that_is_late_for_a_while_is_told_with_the_time(sound: Columns) 
     (when,) = {tuple(map(float, re.findall(r"t = (\d+) to (\d+) s only", f.text)[0])) for f in findings}
     assert when[0] == pytest.approx(t[2 * n], abs=30.0)
     assert when[1] == pytest.approx(t[4 * n], abs=30.0)
+
+
+@pytest.mark.parametrize("columns", [("x", "y", "yaw"), ("x", "y", "yaw", "yaw_rate", "ax", "ay", "steer")])
+def test_a_speed_with_the_wrong_sign_is_the_only_finding(columns: tuple[str, ...]) -> None:
+    """All that is judged by the speed would seem turned round with it."""
+    car = drive()
+    assert told({"t": car["t"], "v": -car["v"], **{name: car[name] for name in columns}}) == [
+        ("log.sign_flipped", "column v")
+    ]
+
+
+def test_a_clock_is_judged_by_the_speed_with_its_right_sign() -> None:
+    car = drive()
+    late = np.interp(car["t"] - 0.4, car["t"], car["ax"])
+    columns = {name: car[name] for name in ("t", "x", "y", "yaw")}
+    assert told({**columns, "v": -car["v"], "ax": late}) == [
+        ("log.sign_flipped", "column v"), ("log.clock_offset", "column ax")
+    ]  # fmt: skip
+
+
+def test_a_car_that_drives_astern_has_no_wrong_sign() -> None:
+    """The same drive backwards: it points where it came from, and turns as before."""
+    car = drive()
+    astern = {"t": car["t"], "x": car["x"], "y": car["y"], "yaw": car["yaw"] + np.pi, "v": -car["v"]}
+    assert told({**astern, "yaw_rate": car["yaw_rate"], "ax": -car["ax"], "ay": -car["ay"]}) == []
