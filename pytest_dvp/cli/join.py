@@ -43,6 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         told = {"out": str(out), "rows": len(found.t), "seconds": float(found.t[-1]), "origin": found.origin}
         told |= {"files": found.rows, "renamed": found.renamed, "left_out": found.left_out}
+        told |= {"time_unit_guessed": found.guessed}
         print(json.dumps(told, ensure_ascii=False))
         return 0
     print(
@@ -51,6 +52,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for file, rows in found.rows.items():
         repeated = found.left_out.get(file)
         print(f"  {file}: {rows} rows" + (f"; {repeated} with a repeated stamp are left out" if repeated else ""))
+    for file, unit in found.guessed.items():
+        print(f"  {file}: its time does not say its unit; taken for {unit} by the steps from row to row")
     if found.renamed:
         new = ", ".join(found.renamed.values())
         print(f"  called after their file, because an earlier file has a column of that name: {new}")

@@ -17,13 +17,14 @@ from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapping import STAMP
 from pytest_dvp.logs.read_log import read_streams
 from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.time_column import bare_time, clock_of, unit_of_steps
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Joined:
     """t (n,) [s] since `origin` [s], the first stamp of all; columns (n,) by header text `name [unit]`, NaN where a
     file has no row; renamed: columns that an earlier file has too, old name to new; rows of each file; left_out: rows
-    without a stamp of their own, by file."""
+    without a stamp of their own, by file; guessed: unit of the time of files that do not say it, if it is not s."""
 
     t: FloatArray
     origin: float
@@ -31,6 +32,7 @@ class Joined:
     renamed: dict[str, str]
     rows: dict[str, int]
     left_out: dict[str, int]
+    guessed: dict[str, str]
 
 
 def join(files: Sequence[Path]) -> Joined:
@@ -39,7 +41,12 @@ def join(files: Sequence[Path]) -> Joined:
     A name that occurs in several files stays with the first of them; in a later one it gets the file's name in front.
     Raises LogError: a file without a time, of several topics, or with a clock that does not overlap the others'.
     """
-    streams = [_stream(path) for path in files]
+    streams, guessed = [], {}
+    for path in files:
+        timed, guess = _in_seconds(_stream(path))
+        streams.append(timed)
+        if guess not in ("", "s"):
+            guessed[str(path)] = guess
     clocks = [_clock(path, stream) for path, stream in zip(files, streams, strict=True)]
     begin, end = max(float(t[0]) for t in clocks), min(float(t[-1]) for t in clocks)
     if begin > end:
@@ -52,7 +59,7 @@ def join(files: Sequence[Path]) -> Joined:
     origin = min(float(t[0]) for t in clocks)
     ticks = [np.round((t - origin) / STAMP).astype(np.int64) for t in clocks]
     stamps = np.unique(np.concatenate(ticks))
-    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {})
+    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {}, guessed)
     for path, stream, own in zip(files, streams, ticks, strict=True):
         _, first = np.unique(own, return_index=True)
         found.rows[str(path)] = len(first)
@@ -92,6 +99,16 @@ def _stream(path: Path) -> Stream:
             f"{path}: {what}, which has all in one already; allowed: files with one table each", "log.joined"
         )
     return streams[0]
+
+
+def _in_seconds(stream: Stream) -> tuple[Stream, str]:
+    """The stream by its clock in seconds, and the unit that its time has by the steps from row to row, where the file
+    does not say it; "" where it does."""
+    field = bare_time(stream)
+    if not field:
+        return stream, ""
+    ((timed,), _, _), unit = clock_of([stream]), unit_of_steps(stream.fields[field])
+    return timed, unit
 
 
 def _finite_clock(stream: Stream) -> NDArray[np.bool_]:

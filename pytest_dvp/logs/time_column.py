@@ -19,11 +19,11 @@ def clock_of(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
     remark = '"header": stamp of the sender; "receive": stamp of the recorder; or a field'
     if any(s.header is not None for s in streams):
         return list(streams), "header", remark
-    if len(streams) != 1 or (np.isfinite(streams[0].receive).any() and not _bare_time(streams[0])):
+    if len(streams) != 1 or (np.isfinite(streams[0].receive).any() and not bare_time(streams[0])):
         return list(streams), "receive", remark
     (stream,) = streams
-    if bare := _bare_time(stream):
-        stamps = stream.fields[bare] * UNITS[_unit_of_steps(stream.fields[bare])].scale
+    if bare := bare_time(stream):
+        stamps = stream.fields[bare] * UNITS[unit_of_steps(stream.fields[bare])].scale
         return [dataclasses.replace(stream, receive=stamps)], bare, remark
     steps = {field: _even_step(values) for field, values in stream.fields.items()}
     rising = [field for field, step in steps.items() if step > 0.0]
@@ -31,20 +31,20 @@ def clock_of(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
     clocks = [field for field in rising if field not in counts] or rising
     if not clocks:
         return [stream], "receive", "no field rises from row to row: put in the one with the time"
-    unit = find_unit(stream.units.get(clocks[0], "")) or UNITS[_unit_of_steps(stream.fields[clocks[0]])]
+    unit = find_unit(stream.units.get(clocks[0], "")) or UNITS[unit_of_steps(stream.fields[clocks[0]])]
     stamps = stream.fields[clocks[0]] * (unit.scale if unit.si == "s" else 1.0)
     others = f"; so does {listed(clocks[1:], 3)}" if len(clocks) > 1 else ""
     said = f"a guess: rises by about {steps[clocks[0]]:.4g} from row to row{others}"
     return [dataclasses.replace(stream, receive=stamps)], clocks[0], said
 
 
-def _bare_time(stream: Stream) -> str:
+def bare_time(stream: Stream) -> str:
     """The column of a CSV file that is called a time and does not say its unit; "" if there is none."""
     return next((f for f in stream.fields if not stream.topic and canonical(f) == "t" and f not in stream.units), "")
 
 
-def _unit_of_steps(stamps: FloatArray) -> str:
-    """The unit in which a log has 0.5 to 20,000 rows a second, seconds first."""
+def unit_of_steps(stamps: FloatArray) -> str:
+    """The unit in which a log with these stamps (n,) has 0.5 to 20,000 rows a second, seconds first."""
     steps = np.diff(stamps[np.isfinite(stamps)])
     usual = float(np.median(steps)) if len(steps) else 0.0
     return next((name for name in ("s", "ms", "us", "ns") if 5e-5 <= usual * UNITS[name].scale <= 2.0), "s")
@@ -55,7 +55,7 @@ def time_unit(streams: Sequence[Stream], clock: str) -> list[str]:
     stream = next((s for s in streams if clock in s.fields), None)
     if stream is None or clock in stream.units:
         return []
-    usual = _unit_of_steps(stream.fields[clock])
+    usual = unit_of_steps(stream.fields[clock])
     return [f'time_unit = "{usual}"           # the file does not say it; a guess by the steps from row to row']
 
 

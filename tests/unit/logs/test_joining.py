@@ -104,6 +104,19 @@ def test_files_of_one_drive_become_one_by_their_clocks(parts: list[Path], tmp_pa
     assert found.columns["delta"].tolist() == pytest.approx([0.1 * k for k in range(20)])
 
 
+def test_a_time_without_a_unit_is_in_that_of_its_steps_and_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both begin at 20 s; the second has ten rows a second, 100 ms apart."""
+    first = written(tmp_path / "a.csv", "t [s],x [m]", *(f"{20 + 0.2 * k:.1f},{k}" for k in range(20)))
+    second = written(tmp_path / "b.csv", "time,v [m/s]", *(f"{20_000 + 100 * k},{k}" for k in range(40)))
+    found = join([first, second])
+    assert found.guessed == {str(second): "ms"}
+    assert found.t == pytest.approx(0.1 * np.arange(40))
+    assert main(["join", str(first), str(second), "--out", str(tmp_path / "c.csv")]) == 0
+    assert f"{second}: its time does not say its unit; taken for ms" in capsys.readouterr().out
+
+
 def test_the_joined_file_is_read_back_as_it_was(
     parts: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
