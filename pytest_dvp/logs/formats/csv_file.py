@@ -35,6 +35,7 @@ LOGIC = {"true": 1.0, "false": 0.0}
 _DECIMAL_COMMA = re.compile(rb'"[-+]?\d+,(\d{1,2}|\d{4,})"')
 RECOVER = "`dvp recover` writes the whole rows to a new file"
 _CLOCK = re.compile(r"\d:\d")  # of a time in words, which is no unit
+_COMMENT = re.compile(rb"(?m)^[ \t]*#(?!N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!).*$")  # and no error value of a sheet
 _NUMBERS = "a number such as 1.5 or -2e-3; empty where nothing was measured"
 _TIMES = "a number, or a time such as 12:03:04.5, 2026-05-01T12:03:04.5+02:00 or 01.05.2026 12:03:04"
 _HEAD = 1 << 16  # bytes, and
@@ -58,6 +59,8 @@ def read_csv(path: Path, budget: Budget | None = None, *, nameless: bool = False
     head = read_head(named(text) if nameless else text, table)
     account.table(head.body.count(b"\n"), len(head.headers))
     body, separator, width = head.body, head.separator, len(head.headers)
+    if b"#" in body:
+        body = _COMMENT.sub(b"", body)  # an empty line: the rows below keep their numbers
     ended = body.endswith(b"\n")
     if separator != "," and b"," in body:
         body = body.replace(b",", b".")

@@ -89,3 +89,17 @@ def test_a_first_row_with_nothing_but_its_time_is_no_row_of_units(tmp_path: Path
     log = read(tmp_path, "time,v [m/s]", lambda i: f"12:00:{i:02d},{i if i else ''}")
     assert log.t.tolist() == [43200.0 + i for i in range(ROWS)]
     assert np.isnan(log["v"]).tolist() == [True] + (ROWS - 1) * [False]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+def test_a_comment_among_the_rows_is_passed_over(tmp_path: Path, separator: str) -> None:
+    """Also one that was a row; lines keep their numbers."""
+    path = tmp_path / "a.csv"
+    rows = [f"{i}{separator}{10 * i}" for i in range(10)]
+    rows[4:4] = ["# a lap, the second", f"#4{separator}40"]
+    path.write_text("\n".join([separator.join(("t_s", "v_mps")), *rows, ""]), encoding="utf-8")
+    log = read_log(path)
+    assert log["v"].tolist() == [10.0 * i for i in range(10)]
+    path.write_text(path.read_text(encoding="utf-8").replace("50", "x"), encoding="utf-8")
+    with pytest.raises(LogError, match=r"a\.csv:9: error"):
+        read_log(path)
