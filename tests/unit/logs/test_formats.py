@@ -33,6 +33,22 @@ def test_a_struct_in_a_mat_file_is_a_topic(tmp_path: Path) -> None:
     assert read_log(tmp_path / "a.mat")["v"] == pytest.approx(V)
 
 
+def test_vectors_of_two_rates_have_each_their_time_in_a_mat_file(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    fast = np.arange(0.0, 4.0, 0.01)
+    vectors = {"t_s": T, "v_mps": V, "time_ms": 1e3 * fast, "yaw_rate_radps": 0.1 * fast, "ay_mps2": fast[:77]}
+    savemat(tmp_path / "a.mat", vectors)
+    log = read_log(tmp_path / "a.mat")
+    assert log["v"][np.isfinite(log["v"])] == pytest.approx(V)
+    at = np.isfinite(log["yaw_rate"])
+    assert log["yaw_rate"][at] == pytest.approx(0.1 * fast)
+    assert log.t[at] == pytest.approx(fast)
+    (told,) = log.meta["import"]["findings"]
+    assert (told["code"], told["severity"]) == ("log.time_missing", "warning")
+    assert "ay_mps2 (77 values)" in str(told)
+
+
 @pytest.mark.parametrize("name", ["a.mat", "a.mf4", "a.bag"])
 def test_a_file_that_is_not_what_its_name_says_is_one_line(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"no such thing" * 100)
