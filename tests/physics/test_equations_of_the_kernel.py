@@ -54,13 +54,22 @@ def test_a_steering_input_has_a_scale_and_a_zero(plain: Plain) -> None:
     assert (x.steer, abs(x.steer_lead), x.steer_glides) == (0.2, 0.0, 0.0)
 
 
-@pytest.mark.parametrize(("speed", "counted"), [(10.0, 10.0), (0.5, 1.0), (-3.0, 1.0)])
-def test_tyres_slip_by_the_direction_of_their_axles(plain: Plain, speed: float, counted: float) -> None:
-    x = bus(vx=speed, vy=0.3, yaw_rate=0.2, steer=0.1, **STIFF)
+def test_tyres_slip_by_the_direction_of_their_axles(plain: Plain) -> None:
+    x = bus(vx=10.0, vy=0.3, yaw_rate=0.2, steer=0.1, **STIFF)
     plain("_tyres")(x)
-    front, rear = 0.1 - math.atan((0.3 + A * 0.2) / counted), -math.atan((0.3 - B * 0.2) / counted)
+    front, rear = 0.1 - math.atan((0.3 + A * 0.2) / 10.0), -math.atan((0.3 - B * 0.2) / 10.0)
     assert (x.slip_front, x.slip_rear) == pytest.approx((front, rear))
     assert (x.fy_front, x.fy_rear, x.tangent_front, x.tangent_rear) == pytest.approx((CF * front, CR * rear, CF, CR))
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.5, -3.0])
+def test_a_car_that_moves_without_slip_has_the_forces_of_its_path(plain: Plain, speed: float) -> None:
+    """Its centre of gravity turns with v r, and the axles share m v r as they share the weight."""
+    x = bus(vx=speed, vy=0.3, yaw_rate=0.2, steer=0.1, **STIFF)
+    plain("_tyres")(x)
+    front, rear = M * B / L * speed * 0.2, M * A / L * speed * 0.2
+    assert (x.fy_front, x.fy_rear, x.tangent_front, x.tangent_rear) == pytest.approx((front, rear, 0.0, 0.0))
+    assert (x.slip_front, x.slip_rear) == pytest.approx((front / CF, rear / CR))
 
 
 @pytest.mark.parametrize(

@@ -92,8 +92,14 @@ def _wish(x: Any, mode: int) -> None:
 
 @compiled
 def _tyres(x: Any) -> None:
-    """Slip angles and forces of linear axles; speed is taken as at least x.slow."""
-    speed = max(x.vx, x.slow)
+    """Slip angles and forces of linear axles; those of a car so slow that it moves without slip are of its path."""
+    if x.vx <= x.slow:
+        across = x.mass * x.vx * x.yaw_rate / x.wheelbase
+        x.fy_front, x.fy_rear = x.cg_rear * across, x.cg_front * across
+        x.slip_front, x.slip_rear = x.fy_front / x.stiffness_front, x.fy_rear / x.stiffness_rear
+        x.tangent_front = x.tangent_rear = 0.0
+        return
+    speed = x.vx
     qf = (x.vy + x.cg_front * x.yaw_rate) / speed
     qr = (x.vy - x.cg_rear * x.yaw_rate) / speed
     x.slip_front = x.steer - math.atan(qf)
