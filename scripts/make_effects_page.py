@@ -127,7 +127,9 @@ FIELDS = """\
 
 All fields are doubles in SI units, with x forward, y left and yaw counter-clockwise. An effect may read all of them in
 any slot (a field that a later slot sets holds the value of the last step) and may change those of its slot. Each step
-computes: command, slots command and actuator, forces, tyres, slot body, slot road, integration, slot sensor.
+computes: command, slots command and actuator, forces, tyres, slot body, slot road, integration, slot sensor. A road of
+a stated friction cuts traction and brake after the slot force, and the side forces of the axles after the effects of
+the slot body up to order 60 (`tyre_saturation`); those of a higher order get what the road holds.
 """
 
 PARAMETERS = """

@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 from plain_effects import Applied
 
-from vehicle.model import kernel
+from vehicle.model import kernel, road_hold
 from vehicle.model.effect import SLOTS
+from vehicle.model.kernel import SHAPES, TAKES
+from vehicle.model.kernel_layout import ROAD_HOLDS
 
 Plain = Callable[..., Any]
 
@@ -21,13 +23,18 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> Plain:
     def get(name: str, *effects: Applied) -> Any:
         def slot(index: int, record: Any, *_: Any) -> None:
             for each in effects:
-                if each.slot == SLOTS[index]:
+                if index in (SHAPES, TAKES):
+                    called = each.slot == "body" and (each.order <= ROAD_HOLDS) == (index == SHAPES)
+                else:
+                    called = each.slot == SLOTS[index]
+                if called:
                     each(record[0])
 
         monkeypatch.setattr(kernel, "_slot", slot)
         return getattr(kernel, name)
 
-    for name, function in list(vars(kernel).items()):
-        if hasattr(function, "py_func"):
-            monkeypatch.setattr(kernel, name, function.py_func)
+    for module in (road_hold, kernel):
+        for name, function in list(vars(module).items()):
+            if hasattr(function, "py_func"):
+                monkeypatch.setattr(module, name, function.py_func)
     return get

@@ -38,6 +38,7 @@ class Applied:
     def __init__(self, effect: Effect, /, **values: float) -> None:
         self._effect = effect
         self.slot: str = effect.slot
+        self.order = effect.order
         self._values = SimpleNamespace(**effect.complete(values))
         self.memory: Any = None
 

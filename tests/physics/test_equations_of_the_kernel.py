@@ -90,9 +90,12 @@ def test_gravity_pulls_by_the_sine_of_a_slope(plain: Plain) -> None:
 
 
 def held(plain: Plain, kind: int = DYNAMIC, **fields: float) -> Any:
-    """A bus behind `_hold` on a road of friction 0.5."""
+    """A bus of which a road of friction 0.5 took what it does not hold."""
     x = bus(road_friction=0.5, tangent_front=CF, tangent_rear=CR, **fields)
-    plain("_hold")(x, kind)
+    plain("hold_along")(x)
+    if kind == DYNAMIC:
+        plain("hold_across")(x)
+    plain("hold_path")(x, plain("left_across")(x))
     return x
 
 

@@ -7,6 +7,8 @@ import math
 import pytest
 from vehicle_models import plant
 
+from vehicle.model.plant import Plant
+
 G = 9.80665
 
 
@@ -88,3 +90,49 @@ def test_without_a_stated_friction_nothing_changes() -> None:
     for car in (free, told):
         car.command(0.15, accel=-4.0)
     assert free.advance(2000).tobytes() == told.advance(2000).tobytes()
+
+
+ICE = 0.1
+
+
+def on_ice(effects: dict[str, dict[str, float]], steer: float, accel: float = 0.0, *, v: float = 12.0) -> Plant:
+    car = plant("dynamic_bicycle", effects, v=v)
+    car.friction(ICE)
+    car.command(steer, accel=accel)
+    return car
+
+
+def test_a_body_leans_by_the_side_force_that_the_road_holds() -> None:
+    """In a steady turn the accelerometer shows (1 + gain) ay, on ice as everywhere: at most 1.2 mu g."""
+    car = on_ice({"body_roll": {"gain": 0.2, "frequency": 2.0, "damping": 0.5}}, 0.3)
+    row = car.advance(2000)[-1]
+    shown = car.shown_row()[10]
+    assert shown == pytest.approx(1.2 * row[10], rel=1e-3)
+    assert 1.15 * ICE * G < shown < 1.2 * ICE * G
+
+
+def test_an_elastic_steering_gives_way_by_the_side_force_that_the_road_holds() -> None:
+    """The front axle carries 1.3/2.5 of the weight and holds a tenth of that: 510 N, and 0.02 rad/kN give 10 mrad."""
+    car = on_ice({"steer_compliance": {"c": 0.02}}, 0.3)
+    steer = car.advance(500)[-1, 11]
+    assert 0.3 - steer == pytest.approx(0.02e-3 * ICE * 1000.0 * G * 1.3 / 2.5, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "effects", [{"axle_load_shift": {"c": 0.5}}, {"steered_wheel_forces": {"drive": 0.0, "brake": 0.7}}]
+)
+def test_what_brakes_beyond_the_road_changes_nothing(effects: dict[str, dict[str, float]]) -> None:
+    """Wheels that are asked for 2 and for 8 m/s^2 give the same where the road holds 1 m/s^2."""
+    some, more = (on_ice(effects, 0.05, -asked).advance(500) for asked in (2.0, 8.0))
+    assert more[-1, [1, 2, 4, 5, 7, 8]] == pytest.approx(some[-1, [1, 2, 4, 5, 7, 8]], abs=1e-12)
+    assert (
+        math.hypot(more[-1, 9], more[-1, 10]) < 1.01 * ICE * G
+    )  # at the rear axle; the forces are those of the centre
+
+
+def test_curve_resistance_is_that_of_the_curve_that_the_road_holds() -> None:
+    """a = -c v r, and v r is mu g at most."""
+    car = plant(effects={"cornering_drag": {"c": 0.5}}, v=12.0)
+    car.friction(ICE)
+    car.command(0.3)
+    assert 12.0 - car.advance(1000)[-1, 5] == pytest.approx(0.5 * ICE * G, rel=1e-6)

@@ -32,6 +32,7 @@ from numba.extending import intrinsic
 from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.model.bus import BLEND_TIME, GRAVITY
+from vehicle.model.road_hold import hold, hold_across, hold_along, hold_path, left_across
 
 KINEMATIC, DYNAMIC = 0, 1
 ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
@@ -40,7 +41,7 @@ COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed
 
 SETTLING = 10.0  # s
 SETTLING_STEPS = 8  # of SETTLING s before the start; chosen, not measured
-LEAST_ACROSS = 0.05  # of the friction, left across a car that brakes with all of it: keeps the equations solvable
+SHAPES, TAKES = 8, 10  # parts of the slot body: what forms the tyres' forces, and what takes those that the road holds
 
 
 @intrinsic  # type: ignore[untyped-decorator,unused-ignore]
@@ -121,6 +122,9 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     steer = x.steer
     kinematic = math.tan(steer) / x.wheelbase
     x.curvature = x.yaw_rate / x.vx if kind == DYNAMIC and x.vx > 2.0 * x.slow else kinematic
+    held = x.road_friction > 0.0
+    if held:
+        hold_path(x, hold(x))
     start = x.accel + x.accel_lead
     if x.vx == 0.0 and x.accel_lead == x.accel_jump and start < 0.0 < x.accel_arrived:
         share = (x.accel - start) / (x.accel_arrived - start)
@@ -131,14 +135,19 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     if x.wind_x != 0.0 or x.wind_y != 0.0:
         _blow(x)
     _slot(2, bus, table, bounds, parameters, memory)
+    if held:
+        hold_along(x)
     if kind == DYNAMIC:
         _tyres(x)
-    _slot(3, bus, table, bounds, parameters, memory)
+    _slot(SHAPES, bus, table, bounds, parameters, memory)
+    if held and kind == DYNAMIC:
+        hold_across(x)
+    _slot(TAKES, bus, table, bounds, parameters, memory)
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
     x.grade, x.bank = x.road_grade, x.road_bank
     _slot(4, bus, table, bounds, parameters, memory)
-    if x.road_friction > 0.0:
-        _hold(x, kind)
+    if held:
+        hold_path(x, left_across(x))
 
 
 @compiled
@@ -154,31 +163,6 @@ def _blow(x: Any) -> None:
     air, still = math.hypot(along, across), math.hypot(x.vx, x.vy)
     x.drag -= x.mass_ref * x.wind_drag * (air * along - abs(x.vx) * x.vx)
     x.push = -x.mass_ref * x.wind_side * (air * across - still * x.vy)
-
-
-@compiled
-def _hold(x: Any, kind: int) -> None:
-    """Cut what acts between tyres and road to what its friction holds: first along, then across what is left.
-
-    Along, all wheels together hold friction times weight, as brakes do that are spread ideally. Across, each axle holds
-    its load's share, smoothly as `tyre_saturation` does. Source: the friction circle, R. Rajamani, Vehicle Dynamics and
-    Control, 2nd ed., sec. 13.9.
-    """
-    hold = x.road_friction * GRAVITY * math.cos(x.grade)
-    most = hold * (x.mass + x.rotating_mass)  # at which the car accelerates with `hold`, turning parts and all
-    x.traction = min(x.traction, most)
-    x.brake = min(x.brake, max(most - x.resistance, 0.0))
-    share = min(abs(x.traction - x.brake) / most, 1.0)
-    left = hold * max(math.sqrt(1.0 - share * share), LEAST_ACROSS)
-    if x.vx * x.vx * abs(x.curvature) > left:
-        x.curvature = math.copysign(left / (x.vx * x.vx), x.curvature)
-    if kind == DYNAMIC:
-        front = left * x.mass * x.cg_rear / x.wheelbase
-        rear = left * x.mass * x.cg_front / x.wheelbase
-        tf, tr = math.tanh(x.fy_front / front), math.tanh(x.fy_rear / rear)
-        x.fy_front, x.fy_rear = front * tf, rear * tr
-        x.tangent_front *= 1.0 - tf * tf
-        x.tangent_rear *= 1.0 - tr * tr
 
 
 @compiled
@@ -315,7 +299,7 @@ def run(
     """Advance by `hold` steps for each row of `commands` (COMMAND_COLUMNS); returns the number of trace rows written.
 
     `bus` is an array of one bus record; `table` int64 (n, 3): address, place of parameters, place of memory of each
-    effect, sorted by slot; `bounds` int64 (8,) where each slot begins; a row of TRACE_COLUMNS is written whenever the
+    effect, sorted by slot; `bounds` int64 (12,) as of `Layout`; a row of TRACE_COLUMNS is written whenever the
     step count is a multiple of `every`.
     """
     x = bus[0]

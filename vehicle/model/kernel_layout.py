@@ -17,13 +17,16 @@ from vehicle.model.step_maths import DELAY_LINE
 from vehicle.model.vehicle_model import VehicleModel
 
 SLOW = 1.0  # m/s, below it slip angles mean little and a car moves kinematically
+ROAD_HOLDS = 60  # order in the slot body after which the road cuts side forces: that of tyre_saturation, the same limit
 SLOW_WHEELBASE = 2.0  # m, of the smallest car for which that holds; models of cars: Froude's law
 
 
 class Layout:
     """A set of effects in the order in which the kernel calls them.
 
-    `table` int64 (n, 3): address, place of parameters, place of memory; `bounds` int64 (8,): where each slot begins;
+    `table` int64 (n, 3): address, place of parameters, place of memory; `bounds` int64 (12,): where each slot begins,
+    then begin and end of both parts of the slot body, before and after the road cuts the side forces (SHAPES and TAKES
+    of the kernel);
     `places`: (effect, key) -> index in the parameter array; `starts`: memory that takes a bus field at reset.
     Perception effects act on object tracks, not here, and are left out.
     """
@@ -49,6 +52,9 @@ class Layout:
                 at += m.size
             self.memory_size += doubles(memory_dtype(effect))
             self.bounds[SLOTS.index(effect.slot) + 1 :] += 1
+        body = SLOTS.index("body")
+        split = int(self.bounds[body]) + sum(e.slot == "body" and e.order <= ROAD_HOLDS for e in chosen)
+        self.bounds = np.append(self.bounds, (self.bounds[body], split, split, self.bounds[body + 1]))
         self.tyres = any(e.tyres for e in chosen)
         self.swings = any(e.fine or (e.tyres and e.memory) for e in chosen)  # bent tyres, or with a state: fast motion
 

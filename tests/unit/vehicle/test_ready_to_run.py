@@ -83,6 +83,16 @@ def test_a_dead_time_fits_into_1024_steps_less_two(steps: float, fits: bool) -> 
     check_delay(find_effect("steer_lag"), {"tau": 99.0}, 1e-3)  # a lag needs no line
 
 
+def test_the_road_holds_side_forces_between_what_forms_and_what_takes_them() -> None:
+    """An order of up to 60 forms them (understeer 10, tyre_saturation 60); body_roll (90) takes what is left."""
+    names = ("body_roll", "steer_lag", "tyre_saturation", "gyro_bias", "understeer", "aero_drag", "steer_compliance")
+    layout = Layout([find_effect(name) for name in names])
+    called = [effect.name for effect in layout.effects]
+    shapes, takes = layout.bounds[8:10], layout.bounds[10:12]
+    assert called[shapes[0] : shapes[1]] == ["understeer", "tyre_saturation"]
+    assert called[takes[0] : takes[1]] == ["steer_compliance", "body_roll"]
+
+
 def test_effects_are_called_by_slot_order_and_name_and_keep_their_places() -> None:
     names = ("gnss_latency", "steer_ratio", "detection_yaw", "brake_fade", "brake_lag", "steer_offset")
     layout = Layout([find_effect(name) for name in names])
@@ -90,7 +100,7 @@ def test_effects_are_called_by_slot_order_and_name_and_keep_their_places() -> No
     assert "detection_yaw" not in called
     assert called.index("steer_offset") < called.index("brake_lag") < called.index("brake_fade")
     assert called[-1] == "gnss_latency"
-    assert layout.bounds.tolist() == [0, 2, 4, 4, 4, 4, 5, 5]
+    assert layout.bounds[:8].tolist() == [0, 2, 4, 4, 4, 4, 5, 5]
     assert len(layout.places) == layout.parameters({}).size == layout.table[-1, 1] + 1
     given = layout.parameters({"brake_fade": {"k": 0.01}})
     assert given[layout.places["brake_fade", "k"]] == 0.01
