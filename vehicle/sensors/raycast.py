@@ -26,6 +26,7 @@ def _cast_box(
     # Sensor in the box frame
     ox, oy = -(cb * mx + sb * my), sb * mx - cb * my
     begin, width = 0, count
+    turn = round(2.0 * math.pi / pitch)  # azimuths of a full turn: those from `count` on are outside the field of view
     if abs(ox) > half_l or abs(oy) > half_w:
         middle = math.atan2(my, mx)
         least, most = 0.0, 0.0
@@ -40,8 +41,7 @@ def _cast_box(
             least, most = min(least, side), max(most, side)
         offset = (middle + least - first) / pitch
         begin = math.ceil(offset)
-        width = min(math.floor(offset + (most - least) / pitch) - begin + 1, count)
-    turn = round(2.0 * math.pi / pitch)
+        width = min(math.floor(offset + (most - least) / pitch) - begin + 1, turn)
     for k in range(width):
         index = (begin + k) % turn
         if index >= count:

@@ -164,3 +164,14 @@ def test_impossible_scanners_are_refused() -> None:
         replace(QUIET, reach=0.1)
     with pytest.raises(ModelError, match="field_of_view"):
         replace(QUIET, field_of_view=7.0)
+
+
+@pytest.mark.parametrize("yaw", [pi / 2, 0.6, -0.6])
+@pytest.mark.parametrize("length", [3.0, 12.0])
+def test_an_open_field_is_filled_by_what_reaches_beyond_its_ends(length: float, yaw: float) -> None:
+    """61 rays over 60 degrees meet a box 2 m ahead where a scanner all around with a ray each degree does."""
+    box = _box(2.0, 0.2, yaw=yaw, length=length, width=1.5, height=3.0)
+    around = _scan(replace(QUIET, azimuths=360), [box])
+    ahead = np.abs(np.arctan2(around[:, 1], around[:, 0])) <= radians(30.0) + 1e-9
+    points = _scan(replace(QUIET, azimuths=61, field_of_view=radians(60.0)), [box])
+    assert points == pytest.approx(around[ahead], abs=1e-9)
