@@ -80,17 +80,21 @@ class ContactDetector:
         self._others: dict[str, tuple[pymunk.Poly, pymunk.Space, float]] = {}
         self._touching: set[str] = set()
 
-    def check(self, rows: FloatArray, names: Sequence[str], before: FloatArray, after: FloatArray) -> list[Contact]:
+    def check(
+        self, rows: FloatArray, names: Sequence[str], before: FloatArray, after: FloatArray, since: float | None = None
+    ) -> list[Contact]:
         """New contacts within a tick.
 
         rows    (n, 12) motion of the ego, columns TRACE_COLUMNS, in time order; n >= 1
         before  (n, 9) boxes (see Surroundings) at the start of the tick, rows in the order of `names`; after: its end
+        since   [s] time of `before`; None: that of the first of `rows`. Those of a tick begin one period after it
         """
+        start = float(rows[0, 0]) if since is None else since
         found: list[Contact] = []
         near = _near(rows[0], rows[-1], before, after, *self._size)
         for index in near.tolist():
             name = names[index]
-            contact = self._sweep(rows, name, before[index].tolist(), after[index].tolist())
+            contact = self._sweep(rows, start, name, before[index].tolist(), after[index].tolist())
             if contact is None:
                 self._touching.discard(name)
             elif name not in self._touching:
@@ -100,17 +104,17 @@ class ContactDetector:
             self._touching.intersection_update(names[index] for index in near.tolist())
         return found
 
-    def _sweep(self, rows: FloatArray, name: str, a: list[float], b: list[float]) -> Contact | None:
+    def _sweep(self, rows: FloatArray, start: float, name: str, a: list[float], b: list[float]) -> Contact | None:
         shape, space, mass = self._shape(name, b[4], b[5])
-        start, end = float(rows[0, 0]), float(rows[-1, 0])
+        end, turned = float(rows[-1, 0]), math.remainder(b[3] - a[3], 2.0 * math.pi)
         for t, x, y, _, yaw, _, forward, sideways, *_ in rows.tolist():
-            share = (t - start) / (end - start) if end > start else 1.0
+            share = min(max((t - start) / (end - start), 0.0), 1.0) if end > start else 1.0
             cos, sin = math.cos(yaw), math.sin(yaw)
             ex, ey = x + self._center * cos, y + self._center * sin
             ox, oy = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
             # Relative to the ego: map coordinates may be millions of metres, and the solver's tolerance is absolute.
             _place(self._ego, 0.0, 0.0, yaw)
-            _place(shape, ox - ex, oy - ey, b[3])
+            _place(shape, ox - ex, oy - ey, a[3] + share * turned)
             space.reindex_shape(shape)
             # Not shape.shapes_collide: it asserts that there is a contact, where none is the usual case.
             hits = space.shape_query(self._ego)

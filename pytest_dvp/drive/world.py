@@ -59,12 +59,14 @@ class World:
         self._names: tuple[str, ...] = ()
         self._kinds: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._seen: Surroundings | None = None
+        self._looks: tuple[float | None, float | None] = (None, None)  # s, of the last two looks
         self._jumps: dict[str, int] = {}  # teleports of each entity until the last look for contacts
 
     def look(
         self, t: float, signals: tuple[SignalState, ...] = (), extinction: float = 0.0, light: Light | None = None
     ) -> Surroundings:
         """All boxes at time `t` [s], in air of that extinction [1/m] and that light."""
+        self._looks = self._looks[1], t
         names: list[str] = []
         unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
@@ -103,7 +105,7 @@ class World:
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:
-        """What the ego touched between two looks; rows as ContactDetector.check takes them. Their shape is (n, 12).
+        """What the ego touched between the last two looks; rows (n, 12) as ContactDetector.check takes them.
 
         What was put elsewhere in between was at no place on the way.
         """
@@ -111,10 +113,10 @@ class World:
         jumped = {name for name, count in jumps.items() if count != self._jumps.get(name, count)}
         self._jumps = jumps
         if before.names == after.names and not jumped:
-            return self._detector.check(rows, after.names, before.boxes, after.boxes)
+            return self._detector.check(rows, after.names, before.boxes, after.boxes, self._looks[0])
         last = {n: box for n, box in zip(before.names, before.boxes, strict=True) if n not in jumped}
         old: FloatArray = np.array([last.get(n, after.boxes[i]) for i, n in enumerate(after.names)]).reshape(-1, 9)
-        return self._detector.check(rows, after.names, old, after.boxes)
+        return self._detector.check(rows, after.names, old, after.boxes, self._looks[0])
 
     def close(self) -> None:
         """End the background traffic, if there is any."""

@@ -138,3 +138,30 @@ def test_who_is_put_elsewhere_touches_nobody_on_the_way() -> None:
     entities["car"].teleports = 1
     assert world.contacts(rows(0.0, 0.0), behind, ahead) == []
     assert [contact.name for contact in world.contacts(rows(0.0, 0.0), behind, ahead)] == ["car"]
+
+
+@pytest.mark.parametrize(("gap", "touch"), [(0.05, 0.01), (0.15, 0.01), (0.3, 0.02), (0.5, 0.03), (0.95, 0.05)])
+def test_what_moves_is_where_it_was_at_each_row_of_the_tick(gap: float, touch: float) -> None:
+    """At 20 m/s towards a standing ego it touches after gap/20 s, seen at the next row; rows begin 0.01 s into a tick.
+
+    The ego's front is at 3 m, so that the other's middle begins at 5 m and the gap.
+    """
+    before, after = box(5.0 + gap, vx=-20.0), box(5.0 + gap - 20.0 * 0.05, vx=-20.0)
+    (contact,) = detector().check(rows(0.0, 0.0)[1:], ["car"], before, after, 0.0)
+    assert contact.t == pytest.approx(touch)
+    here: Any = SimpleNamespace(active=False, teleports=0, name="car", kind="vehicle")
+    storyboard: Any = SimpleNamespace(entities={"Ego": here, "car": here})
+    car: Any = SimpleNamespace(length=4.0, width=2.0, center_x=1.0, mass=1000.0)
+    world = World(storyboard, "Ego", car, {})
+    world.look(0.0)
+    world.look(0.05)
+    old, new = (Surroundings(each, np.zeros(1, dtype=np.int64), ("car",)) for each in (before, after))
+    assert [each.t for each in world.contacts(rows(0.0, 0.0)[1:], old, new)] == pytest.approx([touch])
+
+
+def test_what_turns_has_turned_by_its_share_at_each_row() -> None:
+    """A bar of 10 m sweeps by 0.2 rad in a tick; its end, 5 m away, comes down to the ego's side at its 0.1 rad."""
+    side = 1.0 + 0.1 + 5.0 * np.sin(0.1)  # the bar is 0.2 m wide; its middle is 5 m ahead of the ego's
+    before, after = (box(1.0 + 5.0, side, yaw, length=10.0, width=0.2) for yaw in (0.0, 0.2))
+    (contact,) = detector().check(rows(0.0, 0.0), ["bar"], before, after)
+    assert contact.t == pytest.approx(0.03)  # 0.1 rad is at 0.025 s, between two rows
