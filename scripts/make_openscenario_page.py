@@ -197,8 +197,10 @@ log, with the numbers that hold from then on. Parts that the action leaves out s
   `sOffset` on, for the twin and for the others; a `frictionScaleFactor` below 1 multiplies it. In `dvp play`, where
   nobody but the storyboard moves anybody, it limits nobody.
 - **Wind** blows towards `direction` in the map frame. Along the car, k u |u| with the speed u through the air takes the
-  place of k v |v|: k is that of the effect `aero_drag`, or 0.3 ρ A / (2 m) with A = 0.81 width height. A car with tyres
-  is also pushed to the side, by 2.2 ρ A / (2 m) times air speed and crosswind. `vehicle/model/wind.py` names sources.
+  place of k v |v|: k is that of the effect `aero_drag`, or 0.3 ρ A / (2 m) with A = 0.81 width height. A model without
+  `aero_drag` has no drag that a tail wind could take away: it only pushes a car that is slower than it. A car with
+  tyres is also pushed to the side, by 2.2 ρ A / (2 m) times air speed and crosswind. `vehicle/model/wind.py` names
+  sources.
 - **Light.** `Sun` states it; without one, the time of day does, by the height of the sun at the latitude of the road's
   `geoReference` (50 degrees without), with the clock as solar time. Below 3.4 lx on the road a camera sees 50 m, as far
   as low beams. Around a low sun it finds nothing where glare leaves less than 5 % of a contrast: about 7 degrees at the

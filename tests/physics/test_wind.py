@@ -29,6 +29,25 @@ def test_a_tail_wind_as_fast_as_the_car_takes_all_drag_away() -> None:
     assert car.advance(5000)[-1, 5] == pytest.approx(20.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("tail", [5.0, 15.0])
+@pytest.mark.parametrize(("speed", "yaw"), [(20.0, 0.0), (30.0, 2.0)])
+def test_a_tail_wind_pushes_no_car_that_is_faster(tail: float, speed: float, yaw: float) -> None:
+    """The model has no drag in still air, of which the wind could take something away."""
+    car = plant(v=speed, yaw=yaw)
+    car.wind(tail * math.cos(yaw), tail * math.sin(yaw))
+    assert car.advance(20_000)[-1, 5] == pytest.approx(speed, abs=1e-9)
+
+
+@pytest.mark.parametrize("ahead", [1.0, -1.0])
+def test_a_tail_wind_pushes_a_slower_car_up_to_its_own_speed(ahead: float) -> None:
+    """v' = k (w - v)^2 from standstill, so w - v = w / (1 + k w t); a wind from ahead pushes it backward as much."""
+    k, wind = air_coefficients(model())[0], 30.0
+    car = plant()
+    car.wind(ahead * wind, 0.0)
+    rows = car.advance(60_000)
+    assert wind - ahead * rows[-1, 5] == pytest.approx(wind / (1.0 + k * wind * 60.0), rel=1e-4)
+
+
 @pytest.mark.parametrize(("speed", "across"), [(20.0, 10.0), (30.0, -5.0), (10.0, 15.0)])
 def test_the_air_from_the_side_pushes_a_car_with_tyres(speed: float, across: float) -> None:
     """At first the tyres do nothing: a = k_side sqrt(v^2 + w^2) w at the centre of gravity, here with m = 1000 kg."""

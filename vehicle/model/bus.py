@@ -58,6 +58,7 @@ class Bus(Protocol):
     wind_y: Annotated[float, "m/s", "the same, along the world's y"]
     wind_drag: Annotated[float, "1/m", "force of the wind along, over mass_ref and squared speed"]
     wind_side: Annotated[float, "1/m", "the same across, over the sine of the angle of the air"]
+    still_drag: Annotated[float, "1/m", "drag that the model has in still air, of which a tail wind takes away"]
 
     # Slots command and actuator: first the wish, after both the produced value (mean over the step)
     accel: Annotated[float, "m/s^2", "mean over the step"]

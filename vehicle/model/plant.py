@@ -105,6 +105,7 @@ class Plant:
         bus = self._bus
         bus["wind_x"], bus["wind_y"] = x, y
         bus["wind_drag"], bus["wind_side"] = self._air
+        bus["still_drag"] = self.model.value("aero_drag", "k") or 0.0
 
     def advance(self, steps: int) -> FloatArray:
         """Advance by `steps` with the command held.
