@@ -12,6 +12,7 @@ from vehicle_models import CAR, model, plant
 
 from vehicle.messages import VehicleState
 from vehicle.model.kernel import DYNAMIC, KINEMATIC, _blend, _tyres
+from vehicle.model.open_loop import Replay
 from vehicle.model.plant import Plant
 
 L = CAR["wheelbase"]
@@ -248,3 +249,36 @@ def test_a_car_that_has_not_moved_yet_shows_where_it_was_put() -> None:
     car = Plant(model().with_car({"ax_x": 1.5}))
     car.reset(VehicleState(t=2.0, x=3.0, y=-4.0, yaw=0.5, v=8.0, yaw_rate=0.2, ax=0.6, ay=1.6))
     assert car.shown_row() == pytest.approx([2.0, 3.0, -4.0, 0.0, 0.5, 8.0, 8.0, 0.0, 0.2, 0.6 - 1.5 * 0.04, 1.6, 0.0])
+
+
+def energy(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Of rows (n, 12) of TRACE_COLUMNS, over the mass [m^2/s^2]."""
+    across = rows[:, 7] + B * rows[:, 8]
+    found: np.ndarray[tuple[int], np.dtype[np.float64]] = 0.5 * (
+        rows[:, 5] ** 2 + across**2 + INERTIA / M * rows[:, 8] ** 2
+    )
+    return found
+
+
+@pytest.mark.parametrize("steer", [0.5, -0.5])
+@pytest.mark.parametrize("speed", [1.2, 1.6, 1.9])
+@pytest.mark.parametrize("effects", [{}, {"parallel_steering": {"share": 1.5}}, {"tyre_saturation": {"limit": 4.0}}])
+def test_a_car_that_coasts_round_slowly_gains_nothing(
+    effects: dict[str, dict[str, float]], speed: float, steer: float
+) -> None:
+    """Where tyres take over, what turns the car must come out of its speed; once it turns, it only gets slower."""
+    car = plant("dynamic_bicycle", effects, v=speed)
+    car.command(steer)
+    rows = car.advance(12_000)
+    assert rows[:, 5].max() <= speed + 1e-9
+    gained = energy(rows[2000:])
+    assert (gained - gained[0]).max() < 0.01 * gained[0]  # in 10 s; the rule of the step is of second order
+
+
+@pytest.mark.parametrize("speed", [1.4, 1.8])
+def test_a_replay_of_a_car_that_coasts_round_slowly_gains_nothing_either(speed: float) -> None:
+    t = np.arange(500) * 0.02
+    replay = Replay(model("dynamic_bicycle"), t, {"steer_cmd": np.full(500, 0.5), "accel_cmd": np.zeros(500)})
+    state = np.array([[0.0, 0.0, 0.0, speed, np.nan, np.nan]])
+    shown = replay.run(starts=np.array([0]), states=state)
+    assert shown[:, 3].max() < 1.02 * speed

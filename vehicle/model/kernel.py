@@ -205,8 +205,11 @@ def _along(x: Any, blend: float, mode: int) -> float:
 
 
 @compiled
-def _move(x: Any, blend: float, v1: float, mode: int) -> None:
-    """Integrate the motion over one step, at whose end the speed is v1 but for what lateral motion changes of it."""
+def _move(x: Any, blend: float, v1: float, mode: int) -> float:
+    """Integrate the motion over one step, at whose end the speed is v1 but for what lateral motion changes of it.
+
+    Returns the deceleration [m/s^2] with which a car in the blend pays for being pulled to the kinematic motion.
+    """
     dt = x.dt
     v0, r0, vy0, vyr0 = x.vx, x.yaw_rate, x.vy, x.vy_rear
     gy = _pull(x.bank)
@@ -214,7 +217,7 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
     r1 = v1 * x.curvature
     r_mean = v_mean * x.curvature
     vy1 = r1 * x.cg_rear
-    x.slip_change_front = x.slip_change_rear = 0.0
+    x.slip_change_front = x.slip_change_rear = took = 0.0
     if blend > 0.0:
         slope = math.tan(x.steer)
         cos_d = 1.0 / math.sqrt(1.0 + slope * slope)
@@ -242,14 +245,18 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
         fade = 0.0
         if blend < 1.0:  # pull towards the kinematic motion, the harder the slower
             fade = dt * (1.0 - blend) / (dt * (1.0 - blend) + blend * BLEND_TIME)
-        r1 = r_dyn + fade * (r1 - r_dyn)
-        vy1 = vy_dyn + fade * (vy1 - vy_dyn)
+        turned, drifted = fade * (r1 - r_dyn), fade * (vy1 - vy_dyn)
+        r1, vy1 = r_dyn + turned, vy_dyn + drifted
         r_mean = 0.5 * (r0 + r1)
         x.slip_change_front = -front_slip * (vy1 - vy0 + x.cg_front * (r1 - r0))
         x.slip_change_rear = -rear_slip * (vy1 - vy0 - x.cg_rear * (r1 - r0))
         if mode != IMPOSED and v1 != 0.0:
-            less = x.tangent_front * x.slip_change_front * slope * cos_d / x.mass
-            v1 += h * blend * (r1 * vy1 - r0 * vy0 - less)
+            less = -x.tangent_front * front_slip * (vy_dyn - vy0 + x.cg_front * (r_dyn - r0)) * slope * cos_d / x.mass
+            v1 += h * blend * (r_dyn * vy_dyn - r0 * vy0 - less)
+            # The forces that pull it there act at the steered wheels along, too; they only take speed away.
+            pull = (x.cg_rear * x.mass * drifted + x.turning_inertia * turned) / x.wheelbase
+            took = min(blend * max(slope * pull, 0.0) / x.mass, max(v1, 0.0))
+            v1 -= took
             v_mean = 0.5 * (v0 + v1)
     vyr1 = vy1 - x.cg_rear * r1
     vyr_mean = 0.5 * (vyr0 + vyr1)
@@ -262,6 +269,7 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
     x.ax = (v1 - v0) / dt - r_mean * vyr_mean - _pull(x.grade)
     x.ay = (vyr1 - vyr0) / dt + r_mean * v_mean - gy
     x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1
+    return float(took / dt)
 
 
 @compiled
@@ -329,9 +337,12 @@ def run(
 
 
 @compiled
-def _look(x: Any, blend: float, v1: float) -> None:
-    """What a perfect instrument shows at the start of the step: motion and the accelerations that begin now."""
-    rate = (v1 - x.vx) / x.dt
+def _look(x: Any, blend: float, v1: float, took: float = 0.0) -> None:
+    """What a perfect instrument shows at the start of the step: motion and the accelerations that begin now.
+
+    took: deceleration [m/s^2] that `_move` returned of the last step
+    """
+    rate = (v1 - x.vx) / x.dt - (took if blend > 0.0 else 0.0)
     if v1 != 0.0 and x.accel_lead != 0.0:
         rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
         if x.vx == 0.0 and rate * v1 < 0.0:  # brakes hold a standing car, they do not push it
@@ -434,6 +445,7 @@ def replay(
     x.moved = 0.0
     segment = 0
     seen = t[0]
+    took = 0.0
     for k in range(n):
         if segment < starts.shape[0] and starts[segment] == k:
             if k > 0:
@@ -454,7 +466,7 @@ def replay(
             blend = _blend(x, kind)
             v1 = _along(x, blend, mode)
             if i == 0:
-                _look(x, blend, v1)
+                _look(x, blend, v1, took)
                 dt = x.dt
                 if k > 0:
                     x.dt = x.t - seen
@@ -467,4 +479,4 @@ def replay(
                 row[7] = x.steer + x.steer_lead
                 if k == n - 1:
                     break
-            _move(x, blend, v1, mode)
+            took = _move(x, blend, v1, mode)
