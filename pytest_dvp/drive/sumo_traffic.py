@@ -21,6 +21,13 @@ _PLACE = re.compile(r" In file '([^']+)' At line/column (\d+)/\d+\.?")
 _ROUTES = re.compile(rb"<(routes|additional)[\s>/]")
 _CODED = (b"\xff\xfe", b"\xfe\xff", b"\x1f\x8b")  # UTF-16, gzip: for SUMO to read
 _REACH = 10.0  # m around a box in which SUMO looks for a lane; its default of 100 m costs five times as much
+_KINDS = {
+    "bicycle": "bicycle",
+    "moped": "bicycle",
+    "motorcycle": "bicycle",
+    "scooter": "bicycle",
+    "pedestrian": "pedestrian",
+}  # of SUMO's vehicle classes; all others are vehicles
 _ANYWHERE = 2  # keepRoute of moveToXY: put it there, on its route or not
 
 
@@ -41,7 +48,7 @@ class Mirrored(NamedTuple):
 
 
 class Car(NamedTuple):
-    """A box of SUMO's: centre [m], yaw [rad], size [m], velocity in the map frame [m/s]."""
+    """A box of SUMO's: centre [m], yaw [rad], size [m], velocity in the map frame [m/s]; kind: of OBJECT_KINDS."""
 
     name: str
     x: float
@@ -52,6 +59,7 @@ class Car(NamedTuple):
     height: float
     vx: float
     vy: float
+    kind: str = "vehicle"
 
 
 class SumoTraffic:
@@ -63,6 +71,7 @@ class SumoTraffic:
     def __init__(self, net: Path, routes: Path | None, seed: int) -> None:
         self._next = 0.0
         self._sizes: dict[str, tuple[float, float, float]] = {}
+        self._kinds: dict[str, str] = {}
         self._cars: list[Car] = []
         self._mirrored: dict[str, Mirrored | None] = {}  # as SUMO last heard of it
         for file in (net, routes):
@@ -146,6 +155,7 @@ class SumoTraffic:
         if size is None:
             size = (vehicle.getLength(name), vehicle.getWidth(name), vehicle.getHeight(name))
             self._sizes[name] = size
+            self._kinds[name] = _KINDS.get(vehicle.getVehicleClass(name), "vehicle")
         x, y = vehicle.getPosition(name)
         yaw = math.radians(90.0 - vehicle.getAngle(name))
         yaw = math.atan2(math.sin(yaw), math.cos(yaw))
@@ -153,4 +163,4 @@ class SumoTraffic:
         cos, sin = math.cos(yaw), math.sin(yaw)
         back = 0.5 * size[0]
         x, y = x - self._offset[0] - back * cos, y - self._offset[1] - back * sin
-        return Car(name, x, y, yaw, *size, speed * cos, speed * sin)
+        return Car(name, x, y, yaw, *size, speed * cos, speed * sin, self._kinds[name])

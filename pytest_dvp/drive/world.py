@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 ROUTINE_MASS = {"vehicle": 1500.0, "pedestrian": 75.0, "misc": 100.0}  # kg, where the file states none
 _BICYCLES = ("bicycle", "motorbike")
-_TRAFFIC_KIND = OBJECT_KINDS.index("vehicle")
 
 
 class Traffic(Protocol):
@@ -71,6 +70,7 @@ class World:
         unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
         actors: list[Entity] = []
+        traffic: list[str] = []
         for e in self._storyboard.entities.values():  # those of its traffic come and go
             if not e.active or e is self._ego:
                 continue
@@ -95,9 +95,10 @@ class World:
                 z = ground + 0.5 * car.height
                 rows.append((car.x, car.y, z, car.yaw, car.length, car.width, car.height, car.vx, car.vy))
                 names.append(car.name)
+                traffic.append(car.kind)
         if tuple(names) != self._names:
             self._names = tuple(names)
-            kinds = [_kind_index(e.kind, e.category) for e in actors] + [_TRAFFIC_KIND] * (len(names) - len(actors))
+            kinds = [_kind_index(e.kind, e.category) for e in actors] + [OBJECT_KINDS.index(kind) for kind in traffic]
             self._kinds = np.array(kinds, dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
         hidden = {sensor: frozenset(each) for sensor, each in unseen.items()}

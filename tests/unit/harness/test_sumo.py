@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import libsumo
 import pytest
 
 from pytest_dvp.drive.sumo_traffic import Car, Mirrored, SumoTraffic, TrafficError
+from pytest_dvp.drive.world import World
+from vehicle.messages import OBJECT_KINDS
 
 Traffic = SumoTraffic
 
@@ -33,6 +37,31 @@ def test_the_cars_of_the_route_file_drive(traffic: Traffic) -> None:
 def test_boxes_have_the_sizes_of_their_type(traffic: Traffic) -> None:
     car = drive(traffic, 1)[0][0]
     assert (car.length, car.width, car.height) == (4.3, 1.8, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("sumo", "kind"),
+    [("bicycle", "bicycle"), ("motorcycle", "bicycle"), ("truck", "vehicle"), ("passenger", "vehicle")],
+)
+def test_who_drives_is_of_the_kind_of_its_class(scenarios_dir: Path, tmp_path: Path, sumo: str, kind: str) -> None:
+    """A camera must not take a cyclist of the route file for a car."""
+    text = (scenarios_dir / "urban.rou.xml").read_text()
+    routes = tmp_path / "classes.rou.xml"
+    routes.write_text(text.replace('vClass="passenger"', f'vClass="{sumo}"'))
+    net = tmp_path / "classes.net.xml"
+    net.write_text((scenarios_dir / "urban.net.xml").read_text().replace('allow="passenger delivery bus"', ""))
+    traffic = SumoTraffic(net, routes, 7)
+    ego: Any = SimpleNamespace(name="Ego", kind="vehicle", active=True, x=0.0, y=0.0, z=0.0, h=0.0, speed=0.0)
+    ego.visible = SimpleNamespace(traffic=False)
+    storyboard: Any = SimpleNamespace(entities={"Ego": ego})
+    size: Any = SimpleNamespace(length=4.0, width=2.0, center_x=1.0, mass=1000.0)
+    world = World(storyboard, "Ego", size, {}, traffic)
+    try:
+        around = world.look(0.0)
+    finally:
+        world.close()
+    assert around.names
+    assert {OBJECT_KINDS[k] for k in around.kinds.tolist()} == {kind}
 
 
 def test_a_car_moves_along_its_heading_at_its_speed(traffic: Traffic) -> None:
