@@ -70,6 +70,7 @@ class SumoTraffic:
 
     def __init__(self, net: Path, routes: Path | None, seed: int) -> None:
         self._next = 0.0
+        self._file = net if routes is None else routes
         self._sizes: dict[str, tuple[float, float, float]] = {}
         self._kinds: dict[str, str] = {}
         self._cars: list[Car] = []
@@ -102,13 +103,19 @@ class SumoTraffic:
             raise TrafficError(f"{where}: SUMO refuses it: {_PLACE.sub('', text)}") from None
 
     def step(self, t: float, mirrored: Callable[[], Iterable[Mirrored]]) -> list[Car]:
-        """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ... `mirrored` is only asked when SUMO steps."""
+        """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ... `mirrored` is only asked when SUMO steps.
+
+        Raises TrafficError for a route that SUMO finds out only now that nobody can drive.
+        """
         if t < self._next - 1e-9:
             ahead = t - (self._next - STEP)
             return [car._replace(x=car.x + car.vx * ahead, y=car.y + car.vy * ahead) for car in self._cars]
         self._next += STEP
         self._mirror(list(mirrored()))
-        libsumo.simulationStep()
+        try:
+            libsumo.simulationStep()
+        except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+            raise TrafficError(f"{self._file}: SUMO ends at t={t:.2f} s: {' '.join(str(error).split())}") from None
         self._cars = [self._car(name) for name in libsumo.vehicle.getIDList() if not name.startswith(_PREFIX)]
         return self._cars
 

@@ -64,6 +64,20 @@ def test_who_drives_is_of_the_kind_of_its_class(scenarios_dir: Path, tmp_path: P
     assert {OBJECT_KINDS[k] for k in around.kinds.tolist()} == {kind}
 
 
+def test_a_route_that_nobody_can_drive_is_one_line_that_names_the_file(scenarios_dir: Path, tmp_path: Path) -> None:
+    """SUMO lets a bicycle in, and finds out when it departs that the road is for cars."""
+    routes = tmp_path / "bicycles.rou.xml"
+    routes.write_text((scenarios_dir / "urban.rou.xml").read_text().replace('"passenger"', '"bicycle"'))
+    traffic = SumoTraffic(scenarios_dir / "urban.net.xml", routes, 7)
+    try:
+        with pytest.raises(TrafficError, match=r"SUMO ends at t=0\.00 s: Vehicle 'ahead' is not allowed") as refused:
+            traffic.step(0.0, list)
+    finally:
+        traffic.close()
+    assert str(refused.value).startswith(f"{routes}: ")
+    assert "\n" not in str(refused.value)
+
+
 def test_a_car_moves_along_its_heading_at_its_speed(traffic: Traffic) -> None:
     cars = [next(car for car in cars if car.name == "ahead") for cars in drive(traffic, 21)]
     first, last = cars[0], cars[20]
