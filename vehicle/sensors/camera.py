@@ -22,7 +22,8 @@ class Camera:
     `focal`, `width`, `height` [px], principal point in the middle. The detector sees what is at least `least_visible`
     (share of the object) and `least_height` [px], up to `reach` [m]; it misses a share `misses` of them, calls a share
     `confusions` by a wrong class, and adds `false_boxes` per frame. Box edges carry noise `sigma` [px].
-    Scores fall with the visible share and scatter by `score_sigma`.
+    Scores fall with the visible share and scatter by `score_sigma`. What reaches beside or behind the camera, as a long
+    vehicle next to it does, is not found, but it hides what is behind it.
     """
 
     mount: Mount
