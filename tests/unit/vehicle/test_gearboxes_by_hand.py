@@ -23,15 +23,17 @@ ROWS: tuple[Row, ...] = (
     ("creep", IDLES, {"vx": 3.5, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.0, "accel_lead": 0.0}, {}),
     # a gearbox: up above 3 m/s at 1 m/s^2, a tenth later with each m/s^2 more, then above 1.8 and 1.8/1.1 times that
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 3.2, "accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0, "left": 0.0},
-     {"accel": 1.2, "accel_lead": 0.6}, {"gear": 1.0, "left": 0.35}),  # 3.3 m/s are passed in the middle of the step
+     {"accel": 1.2, "accel_lead": 1.8}, {"gear": 1.0, "left": 0.35}),  # 3.3 m/s are passed in the middle of the step,
+    # which begins with the whole of 3 m/s^2
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 3.09, "accel": 2.0}, {"gear": 0.0, "left": 0.0}, {"accel": 2.0},
      {"gear": 0.0, "left": 0.0}),
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.95, "accel": 0.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.0},
      {"gear": 2.0, "left": 0.3}),  # above 5.4 less a tenth, since the pedal was released
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 8.0, "accel": 0.0}, {"gear": 2.0, "left": 0.0}, {}, {"gear": 3.0}),
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 7.9, "accel": 0.0}, {"gear": 2.0, "left": 0.0}, {}, {"gear": 2.0}),
-    ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": 1.0}, {"gear": 1.0, "left": 0.04}, {"accel": 0.68},
-     {"gear": 1.0, "left": 0.0}),  # 0.8 of the drive missing for 0.4 of the step
+    ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": 1.0}, {"gear": 1.0, "left": 0.04},
+     {"accel": 0.68, "accel_lead": -0.48}, {"gear": 1.0, "left": 0.0}),  # 0.8 of the drive missing for 0.4 of the step,
+    # which begins with 0.2
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 4.0, "accel": -1.0}, {"gear": 1.0, "left": 0.4}, {"accel": -1.0},
      {"left": 0.3}),
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 1.75, "accel": 0.0}, {"gear": 1.0, "left": 0.0}, {"accel": 0.0},

@@ -14,6 +14,7 @@ LEAST = 1.1  # of a step
 DEMAND = 1.0  # m/s^2, in the middle of what drives ask for: there the speed does not hang on how much demand shifts it
 BACK = 0.65  # of the speed of a change up at the same demand, below which the gearbox changes back; cars have 0.55 to
 # 0.75
+ROUNDING = 1e-9  # s of a change that its steps may leave by rounding
 
 
 @effect(
@@ -59,10 +60,10 @@ def gear_changes(x: Bus, p: Any, m: Any) -> None:
             m.gear, m.left = m.gear + 1.0, p.T
         elif v < BACK * below * later:  # at once when the pedal is pressed: kick-down
             m.gear, m.left = m.gear - 1.0, p.T
-    if m.left > 0.0:
+    if m.left > ROUNDING:
         cut = min(m.left, x.dt - wait)
         m.left -= cut
         if x.accel > 0.0:
-            share = 1.0 - p.cut * cut / x.dt
-            x.accel *= share
-            x.accel_lead *= share
+            start = x.accel + x.accel_lead
+            x.accel *= 1.0 - p.cut * cut / x.dt
+            x.accel_lead = (start if wait > 0.0 else start * (1.0 - p.cut)) - x.accel
