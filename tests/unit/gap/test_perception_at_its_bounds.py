@@ -311,7 +311,7 @@ def test_boxes_of_a_car_count_up_to_twentyfive_metres() -> None:
 def test_a_row_of_a_tracker_is_fresh_if_either_part_of_its_velocity_changes() -> None:
     track = np.array([1.0, 1.0, 1.0, 1.0, 2.0, 2.0])
     table: Any = SimpleNamespace(
-        t=np.array([0.0, 0.1, 0.2, 0.3, 0.0, 0.1]), track=track,
+        t=np.array([0.0, 0.1, 0.2, 0.3, 0.0, 0.1]), track=track, x=np.zeros(6), y=np.zeros(6),
         vx=np.array([5.0, 5.0, 5.0, 6.0, 6.0, 6.0]), vy=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
     )  # fmt: skip
     assert fresh(table).tolist() == [True, False, True, True, True, True]  # the second track never changes

@@ -94,6 +94,17 @@ def test_without_numbers_or_with_velocities_that_never_change_all_rows_count() -
         assert measured_only(boxes) is boxes
 
 
+def test_a_rounded_velocity_that_stays_does_not_make_a_measured_row_a_moved_on_one() -> None:
+    """A tracker that moved on is at v dt from the row before; a measurement beside it was seen, whatever its speed."""
+    t, track = np.arange(5) * 0.1, np.ones(5)
+    vx, zero = np.array([5.0, 5.0, 5.0, 5.0, 6.0]), np.zeros(5)
+    x = np.array([0.0, 0.53, 1.03, 1.46, 2.1])  # the third alone is 0.5 m on
+    boxes = DetectionTable(t, ("vehicle",) * 5, x, zero, zero, zero, zero, vx, zero, track)
+    assert fresh(boxes).tolist() == [True, True, False, True, True]
+    aside = DetectionTable(t, ("vehicle",) * 5, 5.0 * t, 0.02 * (np.arange(5) % 2), zero, zero, zero, vx, zero, track)
+    assert fresh(aside).all()  # as far on, but 2 cm to a side
+
+
 def street(misses: float = 0.0, ratio: tuple[float, float] = (1.0, 1.0), turn: float = 0.0) -> Log:
     """A drive of 40 s past six parked cars, seen at 10 Hz; the boxes carry numbers of tracks, a missed one is moved on.
 
