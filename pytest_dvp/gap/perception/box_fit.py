@@ -22,9 +22,10 @@ class Boxes:
     P. J. Huber, Robust Statistics (1981), section 1.2.
     """
 
-    def __init__(self, f: Frames, p: Pairs) -> None:
+    def __init__(self, f: Frames, p: Pairs, latency: float = 0.0) -> None:
+        """latency [s]: age of the boxes, for an object that turns has turned on since."""
         self.objects, self.mean, self.spread, self.worth = 0, np.array([1.0, 1.0, 0.0]), np.zeros(3), np.zeros(2)
-        every = [_of_object(f, p, j, name) for j, name in enumerate(f.log.objects)]
+        every = [_of_object(f, p, j, name, latency) for j, name in enumerate(f.log.objects)]
         rows = np.array([row for row in every if row is not None])
         if len(rows) < LEAST_OBJECTS:
             return
@@ -36,7 +37,7 @@ class Boxes:
         self.worth = 0.5 * np.array([off[0] ** 2 + off[1] ** 2, off[2] ** 2])
 
 
-def _of_object(f: Frames, p: Pairs, j: int, name: str) -> FloatArray | None:
+def _of_object(f: Frames, p: Pairs, j: int, name: str, latency: float = 0.0) -> FloatArray | None:
     """Medians (3,) of one object's boxes; None if it is no car, or was not seen from nearby."""
     track, table = f.log.objects[name], f.log.detections
     seen = np.flatnonzero(p.seen[:, j] & (p.distance[:, j] <= NEAR))
@@ -45,7 +46,7 @@ def _of_object(f: Frames, p: Pairs, j: int, name: str) -> FloatArray | None:
     row = p.row[seen, j]
     if not (table.length[row] > 0.0).all() or np.ptp(table.length[row]) + np.ptp(table.width[row]) == 0.0:
         return None  # a size that no measurement moves was not measured
-    yaw = np.interp(f.t[seen], track.t, np.unwrap(track.yaw))
+    yaw = np.interp(f.t[seen] - latency, track.t, np.unwrap(track.yaw))
     turn = np.remainder(table.yaw[row] - yaw + 0.5 * np.pi, np.pi) - 0.5 * np.pi
     every = [table.length[row] / track.length, table.width[row] / track.width, turn]
     return np.array([np.median(values) for values in every])

@@ -184,7 +184,7 @@ class _Seen:
     def __init__(self, f: Frames, p: Pairs, fitted: Positions, place: FloatArray) -> None:
         self.f, self.p, self.fitted, self.place = f, p, fitted, place
         looked_at = p.in_field_of_view()
-        self.boxes = Boxes(f, p)
+        self.boxes = Boxes(f, p, float(place[0]))
         self.partly = looked_at & (p.hidden > CLEAR)
         rows = looked_at & (p.hidden <= CLEAR)
         frame, thing = np.nonzero(rows)

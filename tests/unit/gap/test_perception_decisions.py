@@ -469,6 +469,14 @@ def test_boxes_tell_sizes_of_three_cars_nearby_with_ten_boxes_each(given: dict[s
         )
 
 
+def test_the_turn_of_a_late_box_is_that_against_its_object_at_the_time_it_shows() -> None:
+    """Objects that turn by 0.5 rad a second, boxes of 0.2 s ago: they are 0.1 rad behind, and yet not turned."""
+    frames, pairs = boxes(3, rows=40)
+    frames.log.detections.yaw -= 0.1 + 0.01 * np.repeat(np.arange(3), 40) + 0.1
+    assert Boxes(frames, pairs, 0.2).mean[2] == pytest.approx(0.0, abs=0.003)  # the first box has none before it
+    assert Boxes(frames, pairs).mean[2] == pytest.approx(-0.1, abs=1e-9)
+
+
 def test_boxes_without_a_length_tell_nothing() -> None:
     frames, pairs = boxes(3)
     frames.log.detections.length[5] = 0.0
@@ -483,7 +491,7 @@ def test_rows_in_clear_view_are_put_in_the_order_of_their_distance() -> None:
         seen=np.array([[True, True], [False, True]]), in_field_of_view=lambda: np.array([[True, True], [True, False]]),
     )  # fmt: skip
     none: Any = SimpleNamespace(objects={}, detections=None)
-    found = _Seen(SimpleNamespace(t=np.array([4.9, 5.1]), log=none), pairs, "fit", "place")  # type: ignore[arg-type]
+    found = _Seen(SimpleNamespace(t=np.array([4.9, 5.1]), log=none), pairs, "fit", np.zeros(3))  # type: ignore[arg-type]
     assert found.far.tolist() == [20.0, 30.0]
     assert found.seen.tolist() == [False, True]
     assert (found.block.tolist(), found.thing.tolist()) == ([1000, 0], [0, 0])
