@@ -14,10 +14,14 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 CLEAR = 0.05  # share of an object behind others up to which it counts as in clear view
 _SECTORS = 24  # of bearings
-_COVERED = 0.2  # share of frames in which objects of a sector are seen: below it the detector does not look there
+_COVERED = 0.2  # of the share of looks in which the detector sees what is there: below it, it does not look to a sector
 _DOUBLE = 1.0  # m from an object's ends: a second box within it is a double of the object, and no false object
 _DEEP = 0.15  # of the distance; so far off a camera alone may put an object
 _LONGEST_GAP = 1000  # frames filled in at most where nothing was detected
+_ONE_LOOK = 0.005  # s: boxes that come within it are of one look, each with a stamp of its own; chosen
+_SHORTEST = (
+    0.6  # of the median between looks with a box: a tenth that is shorter tells that most looks show none; chosen
+)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -66,23 +70,33 @@ class Pairs:
 
     def in_field_of_view(self) -> BoolArray:
         """A mask (n, k) of the objects in directions in which the detector sees anything at all of what is in clear
-        view."""
+        view: at least a fifth of what it sees where it sees something, for it may miss most of what it looks at."""
         sector = np.floor((self.bearing % (2.0 * np.pi)) * _SECTORS / (2.0 * np.pi)).astype(np.int64) % _SECTORS
         reach = float(self.distance[self.seen].max(initial=0.0))
         clear = self.hidden <= CLEAR
         near = self.there & clear & (self.distance <= reach)
         some = np.bincount(sector[near], minlength=_SECTORS)
         found = np.bincount(sector[self.seen & clear], minlength=_SECTORS)
-        return np.asarray(self.there & (found >= _COVERED * np.maximum(some, 1))[sector])
+        share = found / np.maximum(some, 1)
+        usual = float(found @ share) / max(float(found.sum()), 1.0)  # of the sectors, each as often as it saw something
+        return np.asarray(self.there & ((found > 0) & (share >= _COVERED * usual))[sector])
 
 
 def frames(log: Log) -> Frames | None:
-    """The frames of a log from its first to its last detection; None with fewer than two of them."""
+    """The frames of a log from its first to its last detection; None with fewer than two of them.
+
+    Boxes within _ONE_LOOK are of one frame, that of the first.
+    """
     table = log.detections
-    stamps = np.unique(table.t)
+    every = np.unique(table.t)
+    begins: list[float] = []
+    for stamp in every.tolist():
+        if not begins or stamp - begins[-1] > _ONE_LOOK:
+            begins.append(stamp)
+    stamps = np.array(begins)
     if len(stamps) < 2:
         return None
-    period = float(np.median(np.diff(stamps)))
+    period = _period(np.diff(stamps))
     t = [float(stamps[0])]
     for stamp in stamps[1:]:
         lost = min(round((float(stamp) - t[-1]) / period) - 1, _LONGEST_GAP)
@@ -90,8 +104,15 @@ def frames(log: Log) -> Frames | None:
         t += [last + (i + 1) * (float(stamp) - last) / (lost + 1) for i in range(lost)]
         t.append(float(stamp))
     at = np.array(t)
-    row = np.searchsorted(at, table.t)
+    row = np.searchsorted(at, stamps[np.searchsorted(stamps, table.t, side="right") - 1])
     return Frames(at, period, row.astype(np.int64), table.x, table.y, log)
+
+
+def _period(between: FloatArray) -> float:
+    """Time [s] between looks from that between those with a box, (n,): if most looks show nothing, the median is a
+    multiple of it."""
+    median, short = float(np.median(between)), float(np.quantile(between, 0.1))
+    return median if short >= _SHORTEST * median else float(np.median(between[between < 1.5 * short]))
 
 
 def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[float, float]) -> Pairs:

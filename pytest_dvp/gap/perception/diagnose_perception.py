@@ -202,9 +202,11 @@ class _Seen:
 
         blocks = len(np.unique(z.blocks))
 
-        def put(name: str, key: str, value: float, spread: float, least: float = -inf, of: int = blocks) -> None:
+        def put(
+            name: str, key: str, value: float, spread: float, least: float = -inf, of: int = blocks, most: float = inf
+        ) -> None:
             wide = _t(of) * spread
-            values[name, key] = (value, max(value - wide, least), value + wide)
+            values[name, key] = (value, max(value - wide, least), min(value + wide, most))
 
         if np.isfinite(z.spread[0]):
             put("detection_latency", "T", float(q[0]), float(z.spread[0]), 0.0)
@@ -219,7 +221,7 @@ class _Seen:
         values["detection_range", "R"] = (reach, low, high)
         worth["detection_range"] = gained
         rate, spread, missed = self._misses(reach)
-        put("detection_misses", "rate", rate, spread, 0.0, len(np.unique(self.block[self.far <= reach])))
+        put("detection_misses", "rate", rate, spread, 0.0, len(np.unique(self.block[self.far <= reach])), 1.0)
         worth["detection_misses"] = missed
         if 0.0 < gained < _RIVAL + alone and rate > 0.0:
             rivals["detection_range"] = ("detection_misses",)

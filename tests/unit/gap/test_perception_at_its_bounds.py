@@ -270,13 +270,23 @@ def a_field(bearing: Any, there: Any, seen: Any, distance: Any, hidden: Any = 0.
     return list(Pairs(**fields).in_field_of_view()[:, 0])  # type: ignore[arg-type]
 
 
-def test_a_sector_is_a_twentyfourth_of_a_turn_and_is_looked_at_if_a_fifth_is_seen_there() -> None:
-    """15 degrees: five rows ahead of which one is seen, and six to the left of which one is."""
-    ahead, left = np.full(5, np.radians(7.0)), np.full(6, np.radians(16.0))
+@pytest.mark.parametrize(("there", "looks"), [(11, True), (12, False)])
+def test_a_sector_is_a_twentyfourth_of_a_turn_and_is_looked_at_if_a_fifth_of_the_usual_is_seen(
+    there: int, looks: bool
+) -> None:
+    """15 degrees: six rows ahead of which two are seen, 11 or 12 to the left of which one is, and one behind 0.
+
+    The usual share is (2 2/6 + 1/11 + 1) / 4 = 0.439, a fifth of it 0.0879: 1/11 is more, and of 12 0.0875 > 1/12.
+    """
+    ahead, left = np.full(5, np.radians(7.0)), np.full(there, np.radians(16.0))
     bearing = np.concatenate([ahead, left, np.radians([-361.0, 374.0])])
-    seen = np.isin(np.arange(13), [0, 5, 11, 12])
+    seen = np.isin(np.arange(7 + there), [0, 5, 5 + there, 6 + there])
     found = a_field(bearing, True, seen, 20.0)
-    assert found == [True] * 5 + [False] * 6 + [True, True]
+    assert found == [True] * 5 + [looks] * there + [True, True]
+
+
+def test_what_is_farther_than_anything_seen_does_not_count_for_a_field_of_view() -> None:
+    ahead = np.full(5, np.radians(7.0))
     nothing = a_field(ahead, True, False, 20.0)
     assert nothing == [False] * 5
     far = a_field(np.concatenate([ahead, ahead[:1]]), True, np.arange(6) == 0, np.array([20.0] * 5 + [90.0]))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, frames, paired
+from pytest_dvp.gap.perception.diagnose_perception import perceived_in
 from pytest_dvp.gap.perception.position_fit import Positions, _clustered, _noise
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import DetectionTable, FloatArray, ObjectTrack
@@ -48,6 +49,28 @@ def test_frames_go_from_the_first_to_the_last_detection_and_are_filled_in() -> N
     assert pause is not None
     assert len(pause.t) == 4 + 1000
     assert np.diff(pause.t[2:]) == pytest.approx(498.8 / 1001)
+
+
+def test_boxes_of_one_look_may_each_have_a_stamp_of_their_own() -> None:
+    """Three boxes 2 ms apart every 0.1 s; 6 ms on is another look."""
+    stamps = [1.0, 1.002, 1.004, 1.1, 1.102, 1.104, 1.2, 1.202, 1.206]
+    found = frames(a_log({}, boxes(stamps[:8], [0.0] * 8, [0.0] * 8)))
+    assert found is not None
+    assert found.t == pytest.approx([1.0, 1.1, 1.2])
+    assert found.row.tolist() == [0, 0, 0, 1, 1, 1, 2, 2]
+    more = frames(a_log({}, boxes(stamps, [0.0] * 9, [0.0] * 9)))
+    assert more is not None
+    assert more.t[-2:] == pytest.approx([1.2, 1.206])
+
+
+def test_looks_are_found_where_most_of_them_show_nothing() -> None:
+    """10 Hz, but only two looks in a row of every five show a box, or of every three one: 0.1 s apart all the same."""
+    looks = np.array([k for k in range(60) if k % 10 in {0, 1, 4, 7}])
+    found = frames(a_log({}, boxes(0.1 * looks, 0.0 * looks, 0.0 * looks)))
+    assert found is not None
+    assert found.period == pytest.approx(0.1)
+    assert found.t == pytest.approx(0.1 * np.arange(58))
+    assert found.row.tolist() == looks.tolist()
 
 
 def asked(objects: dict[str, ObjectTrack], found: DetectionTable, latency: float = 0.0, offset: Any = (0.0, 0.0),
@@ -133,11 +156,19 @@ def pairs(bearing: Any, distance: Any, seen: Any, hidden: Any = 0.0, there: Any 
 
 
 @pytest.mark.parametrize(("found", "looks"), [(2, True), (1, False)])
-def test_a_detector_looks_where_it_sees_a_fifth_of_what_is_in_clear_view(found: int, looks: bool) -> None:
-    """Ten objects ahead, and one to the left that is seen: sectors of 15 degrees, counted from 0."""
+def test_a_detector_looks_where_it_sees_a_fifth_of_what_it_usually_sees(found: int, looks: bool) -> None:
+    """Ten objects ahead, and one to the left that is seen: sectors of 15 degrees, counted from 0. The usual share is
+    0.55 for one of ten and one of one, and a fifth of it is 0.11; for two of ten 0.47 and 0.09."""
     bearing = [*[0.1] * 10, 1.6, -0.1]
     seen = [*[True] * found, *[False] * (10 - found), True, False]
     assert pairs(bearing, 10.0, seen).in_field_of_view()[0].tolist() == [*[looks] * 10, True, False]
+
+
+def test_a_detector_that_misses_nearly_all_still_looks_everywhere() -> None:
+    """One of ten ahead is seen and one of twelve to the left; behind nothing is. A fifth is of what it usually sees."""
+    bearing = [*[0.1] * 10, *[1.6] * 12, *[3.0] * 10]
+    seen = [k in {3, 15} for k in range(32)]
+    assert pairs(bearing, 10.0, seen).in_field_of_view()[0].tolist() == [*[True] * 22, *[False] * 10]
 
 
 ROUND = [-2.5, -1.6, -0.5, 0.5, 1.6, 2.5]
@@ -319,3 +350,13 @@ def test_noise_is_worth_what_it_brings_over_the_finest_detector() -> None:
     clean = Positions(f, p, np.array([0.2, 0.0]))
     assert clean.level == pytest.approx(0.02)
     assert clean.noise_worth() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_interval_of_a_share_of_misses_ends_at_all_of_them() -> None:
+    """Seen in all looks of 5 s and missed in nearly all of the next 5: two blocks, of which Student's t allows 12.7
+    standard deviations."""
+    t = np.append(np.arange(50) * 0.1, 9.9)
+    found = perceived_in(a_log({"a": a_track(TIMES, 10.0, 0.0)}, boxes(t, np.full(51, 10.0), np.zeros(51))))
+    assert found is not None
+    value, low, high = found.values["detection_misses", "rate"]
+    assert (value, low, high) == (pytest.approx(0.49), 0.0, 1.0)
