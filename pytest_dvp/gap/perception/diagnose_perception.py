@@ -34,6 +34,10 @@ LEAST_PAIRS = 50  # 5 s of one object at 10 Hz; with fewer, nothing is said of p
 FIRST_GATE = (4.0, 0.05)  # m and its growth with distance, wide enough for half a second of latency at town speed
 _GATE = 5.0  # standard deviations of the noise, later on
 _LEAST_GATE = 0.5  # m
+_LATEST = 5.0  # s, the maximum of detection_latency
+_STARTS = (0.8, 1.6, 2.4, 3.2, 4.0, 4.8)  # s: latencies from which a fit begins as well, so that FIRST_GATE holds each
+_MATCHED = 0.9  # share of boxes that belong to objects, from which on no other start is tried; chosen
+_MORE = 1.05  # times the boxes that another start must match to be taken; chosen: false objects match by chance
 _ROUNDS = 5  # of fitting and pairing anew, at most; chosen
 _STRAY = 0.005  # chance that a box beyond the range is taken for the object
 _BEYOND = 0.05  # share of frames beyond a border in which an object is seen all the same, at most
@@ -163,7 +167,17 @@ def perceived_in(measured: Log) -> Perceived | None:
     f = frames(measured)
     if f is None:
         return None
-    place = np.zeros(3)  # latency, offset x, y
+    found = _placed(f, 0.0)
+    if found is None or int(found[0].seen.sum()) < _MATCHED * len(f.x):  # they may be later than the gate allows
+        start = _best_start(f)
+        found = _placed(f, start) if start else found
+    return _Seen(f, *found).perceived() if found is not None else None
+
+
+def _placed(f: Frames, start: float) -> tuple[Pairs, Positions, FloatArray] | None:
+    """Pairs, their fit, and latency [s] with offset x, y [m] (3,), found in rounds from a latency `start` [s] on; None
+    with too few pairs."""
+    place = np.array([start, 0.0, 0.0])
     noise = np.array([0.3, 0.0])
     gate = FIRST_GATE
     for _ in range(_ROUNDS):
@@ -172,10 +186,18 @@ def perceived_in(measured: Log) -> Perceived | None:
             return None
         fitted = Positions(f, pairs, noise)
         place = place + fitted.step
-        place[0] = min(max(float(place[0]), 0.0), 2.0)
+        place[0] = min(max(float(place[0]), 0.0), _LATEST)
         noise = fitted.noise
         gate = (_LEAST_GATE + _GATE * float(noise[0]), _GATE * float(noise[1]))
-    return _Seen(f, pairs, fitted, place).perceived()
+    return pairs, fitted, place
+
+
+def _best_start(f: Frames) -> float:
+    """The latency [s] of _STARTS with which most boxes belong to an object, 0 if none does clearly better than that."""
+    least = _MORE * int(paired(f, 0.0, (0.0, 0.0), FIRST_GATE).seen.sum())
+    matched = {start: int(paired(f, start, (0.0, 0.0), FIRST_GATE).seen.sum()) for start in _STARTS}
+    best = max(matched, key=lambda start: matched[start])
+    return best if matched[best] > least else 0.0
 
 
 class _Seen:

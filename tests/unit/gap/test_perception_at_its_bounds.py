@@ -60,7 +60,7 @@ class Rounds:
             return SimpleNamespace(perceived=lambda: "all of it")
 
         monkeypatch.setattr(module, "measured_only", lambda table: table)
-        monkeypatch.setattr(module, "frames", lambda log: "frames")
+        monkeypatch.setattr(module, "frames", lambda log: SimpleNamespace(x=np.zeros(50)))
         monkeypatch.setattr(module, "paired", paired)
         monkeypatch.setattr(module, "Positions", positions)
         monkeypatch.setattr(module, "_Seen", together)
@@ -75,16 +75,16 @@ class Measured:
 
 
 def test_each_round_pairs_with_what_the_one_before_has_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Five rounds, each 0.5 s later until 2 s; a gate of half a metre and five standard deviations of the noise."""
-    rounds = Rounds(monkeypatch)
+    """Five rounds, each 1.5 s later until 5 s; a gate of half a metre and five standard deviations of the noise."""
+    rounds = Rounds(monkeypatch, step=(1.5, 0.1, -0.2))
     assert perceived_in(Measured()) == "all of it"  # type: ignore[arg-type]
     latency, offset, gate = zip(*rounds.paired, strict=True)
-    assert latency == pytest.approx((0.0, 0.5, 1.0, 1.5, 2.0))
+    assert latency == pytest.approx((0.0, 1.5, 3.0, 4.5, 5.0))
     assert np.array(offset) == pytest.approx(np.outer(np.arange(5), [0.1, -0.2]))
     assert gate[0] == (4.0, 0.05)  # half a second at 8 m/s
     assert np.array(gate[1:]) == pytest.approx(np.tile([0.5 + 5.0 * 0.1, 5.0 * 0.02], (4, 1)))
     assert rounds.noise == [[0.3, 0.0], *[[0.1, 0.02]] * 4]
-    assert rounds.place == pytest.approx([2.0, 0.5, -1.0])
+    assert rounds.place == pytest.approx([5.0, 0.5, -1.0])
 
 
 def test_a_latency_is_not_below_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

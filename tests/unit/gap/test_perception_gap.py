@@ -87,6 +87,13 @@ def test_latency_is_exact_without_noise(model: VehicleModel) -> None:
     assert found.parameters["T"].value == pytest.approx(0.27, abs=0.003)
 
 
+@pytest.mark.parametrize("age", [1.2, 2.5])
+def test_a_latency_that_takes_objects_farther_than_a_gate_is_found(model: VehicleModel, age: float) -> None:
+    (found,) = diagnose_perception(with_detections({"detection_latency": {"T": age}}), model)
+    assert found.name == "detection_latency"
+    assert found.parameters["T"].value == pytest.approx(age, abs=0.01)
+
+
 def test_latency_of_objects_that_stand_is_not_told(model: VehicleModel) -> None:
     log = with_detections({"detection_offset": {"x": 0.4, "y": 0.0}})
     parked = {"parked": log.objects["parked"]}
