@@ -19,9 +19,7 @@ _DOUBLE = 1.0  # m from an object's ends: a second box within it is a double of 
 _DEEP = 0.15  # of the distance; so far off a camera alone may put an object
 _LONGEST_GAP = 1000  # frames filled in at most where nothing was detected
 _ONE_LOOK = 0.005  # s: boxes that come within it are of one look, each with a stamp of its own; chosen
-_SHORTEST = (
-    0.6  # of the median between looks with a box: a tenth that is shorter tells that most looks show none; chosen
-)
+_SHORTEST = 0.6  # of the median between looks with a box: if a tenth is shorter, most looks show none; chosen
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
