@@ -15,6 +15,7 @@ from pytest_dvp.gap.diagnose.standing import MUCH_LEFT
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.residual_signature import signature_lines
 from vehicle.model.bus import GRAVITY
+from vehicle.model.effect_catalogue import perception_effect_names
 from vehicle.model.remainder import Remainder
 
 SHOWN = 3  # signals whose own error the ladder shows
@@ -370,7 +371,8 @@ def _second_opinion(found: Diagnosis) -> list[str]:
     if first is None or any(first == e.name or first in e.rivals for e in found.effects):
         return []
     score = dict(found.votes["ranking"])[first]
-    instead = f" before {found.effects[0].name}" if found.effects else ""
+    named = next((e.name for e in found.effects if e.name not in perception_effect_names()), "")  # of the motion
+    instead = f" before {named}" if named else ""
     return [
         "second opinion: on the whole error, with no effect added yet, regression without simulation votes for "
         f"{first}{instead} ({100.0 * min(score, 1.0):.0f} %)"

@@ -450,6 +450,18 @@ def test_a_second_opinion_is_told_where_it_is_another(votes: dict[str, Any], eff
     assert _second_opinion(asked) == ([start + said] if said else [])
 
 
+@pytest.mark.parametrize(
+    ("names", "said"), [(("detection_offset",), ""), (("detection_offset", "mass"), " before mass")]
+)
+def test_a_second_opinion_on_the_motion_is_not_set_before_what_detections_show(
+    names: tuple[str, ...], said: str
+) -> None:
+    effects = tuple(NamedEffect(name, {"k": Estimate(1.1, 1.0, 1.2, "-")}) for name in names)
+    votes: dict[str, Any] = {"first": "aero_drag", "ranking": [("aero_drag", 0.876)]}
+    (line,) = _second_opinion(found(votes=votes, effects=effects))
+    assert line.endswith(f"votes for aero_drag{said} (88 %)")
+
+
 def test_lines_that_are_indented_go_on_with_the_line_before() -> None:
     assert _whole(["a", "    b", "c", " d", "  e"]) == ["a b", "c d e"]
     assert _whole(["  a", "b"]) == ["  a", "b"]
