@@ -44,8 +44,8 @@ def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str], bes
     lines = [
         f'"""{equation(law.terms)}',
         "",
-        f"Found by dvp discover in {', '.join(fitted)}: {kind}. It takes away {fit:.0%} of the error beyond the noise",
-        f"there, and {judged:.0%} on {', '.join(held_out)}.",
+        f"Found by dvp discover in {_listed(fitted)}: {kind}. It takes away {fit:.0%} of the error beyond the noise",
+        f"there, and {judged:.0%} on {_listed(held_out)}.",
         '"""',
         "",
         *([f"from math import {', '.join(used)}", ""] if used else []),
@@ -53,6 +53,11 @@ def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str], bes
         *(["from vehicle.model.step_maths import lag_end"] if "lag_end(" in body else []),
     ]
     return "\n".join([*lines, "", "", body])
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names of files as they may stand in a docstring, whatever is in them."""
+    return ", ".join(name.replace("\\", "\\\\").replace('"', '\\"') for name in names)
 
 
 def _by_slot(law: Law) -> list[list[FoundTerm]]:

@@ -363,3 +363,10 @@ def test_what_is_said_of_a_law() -> None:
     assert short[0].endswith("(this form explains the error)")
     assert short[-1] == ""
     assert discovery_lines(a_law(verdict="NO_LAW"), "law.py", "car.toml", ["a b.csv"], ["b.csv"]) == ["NO_LAW: because"]
+
+
+@pytest.mark.parametrize("name", ['a """quoted""".csv', "run\\user\\N.csv"])
+def test_an_effect_file_is_python_whatever_the_logs_are_called(name: str) -> None:
+    space: dict[str, Any] = {}
+    exec(effect_text(a_law(), fitted=[name], held_out=[name]), space)  # noqa: S102
+    assert f"discover in {name}: " in space["__doc__"]
