@@ -8,14 +8,24 @@ from pathlib import Path
 
 KINDS = (".xosc", ".xodr", ".xml", ".toml", ".csv")
 LEFT = ("__pycache__", "site-packages", "node_modules", "runs")
+CAMPAIGN = "campaign.sqlite"
+"""What tells the folder of a campaign, as `campaigns/store.py` names it: what lies below was written by drives."""
+WRITTEN = ("reproducers", "regression", "logs")
+"""Folders that a campaign writes, where its folder is that of the scenario as well."""
 
 
 def reachable(folder: str | Path, kinds: Sequence[str] = KINDS) -> Iterator[tuple[str, Path]]:
     """Name below `folder`, with slashes, and path of each of these kinds, sorted folder by folder; hidden folders,
-    those of LEFT and links that lead out of `folder` are left out."""
+    those of LEFT, those of campaigns and links that lead out of `folder` are left out."""
     inside = os.path.join(os.path.realpath(folder), "")
     for place, folders, names in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name not in LEFT and not name.startswith("."))
+        left = LEFT
+        if CAMPAIGN in names:
+            if place != str(folder):
+                folders.clear()
+                continue
+            left = (*LEFT, *WRITTEN)
+        folders[:] = sorted(name for name in folders if name not in left and not name.startswith("."))
         for name in sorted(names):
             file = Path(place, name)
             if file.suffix not in kinds or not file.is_file():

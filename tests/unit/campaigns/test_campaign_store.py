@@ -14,8 +14,11 @@ import pytest
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.crew import LocalCrew
 from pytest_dvp.campaigns.one_drive import Drive
+from pytest_dvp.campaigns.regression_set import FOLDER as REGRESSION
+from pytest_dvp.campaigns.reproducer import FOLDER
 from pytest_dvp.campaigns.sampling import sample
-from pytest_dvp.campaigns.store import Row, Store, StoreError
+from pytest_dvp.campaigns.store import FILE, Row, Store, StoreError
+from pytest_dvp.workers.scenario_files import CAMPAIGN
 
 sys.path.insert(0, str(Path(__file__).parent))
 import planted
@@ -161,3 +164,18 @@ def test_a_drive_that_its_wall_limit_ended_is_driven_again_with_another_one(tmp_
         one.settings = dataclasses.replace(one.settings, wall_limit=600.0)
         assert one.rows(points, "sample")[0].verdict == "PASS"
         assert [row.verdict for row in store.rows()] == ["PASS"]
+
+
+@pytest.mark.parametrize("out", ["out", "deep/out", "."])
+def test_what_a_campaign_writes_beside_its_scenario_does_not_change_its_drives(tmp_path: Path, out: str) -> None:
+    """A catalogue beside the scenario decides a drive; a reproducer that the campaign wrote does not."""
+    with Store(tmp_path / out, writes=True) as store:
+        before = planted.campaign(tmp_path, store).base
+        for name in (FOLDER, REGRESSION):
+            (tmp_path / out / name).mkdir()
+            (tmp_path / out / name / "written.xosc").write_text("<OpenSCENARIO/>")
+        assert planted.campaign(tmp_path, store).base == before
+        (tmp_path / "catalogs").mkdir()
+        (tmp_path / "catalogs" / "cars.xosc").write_text("<OpenSCENARIO/>")
+        assert planted.campaign(tmp_path, store).base != before
+    assert CAMPAIGN == FILE
