@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -37,6 +38,17 @@ def range_of(group: ValueConstraintGroup, whole: bool, declaration: ParameterDec
         at = declaration.at
         raise FuzzError(f"{at.file}:{at.line}: constraints of {declaration.name} bound no range: {low:g} to {high:g}")
     return Range(low, high, whole)
+
+
+def joined(ranges: Sequence[Range]) -> list[Range]:
+    """The same values as ranges that do not overlap, the lowest first: a value that two groups allow is there once."""
+    found: list[Range] = []
+    for each in sorted(ranges, key=lambda each: (each.low, each.high)):
+        if found and each.low <= found[-1].high:
+            found[-1] = dataclasses.replace(found[-1], high=max(found[-1].high, each.high))
+        else:
+            found.append(each)
+    return found
 
 
 def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: float, high: float) -> tuple[float, float]:

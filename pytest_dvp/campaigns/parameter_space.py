@@ -7,9 +7,9 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, range_of
+from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, joined, range_of
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.errors import SettingError
 
@@ -22,6 +22,7 @@ Shares: TypeAlias = tuple[float, ...]
 Values: TypeAlias = dict[str, str]
 
 DIGITS = 6  # significant digits of a drawn number: what a person can type again, and what is hashed
+FINE = 4  # decimals of a range's width that a number has at least: a narrow range far from 0 needs more than DIGITS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -139,11 +140,12 @@ def _constrained(declared: ParameterDeclaration) -> Axis:
             name, [{name: word} for word in dict.fromkeys([str(declared.value), *words])], _declared(declared)
         )
     whole = declared.parameter_type not in ("double", "float")
-    ranges = [range_of(group, whole, declared) for group in declared.constraint_groups]
+    ranges = joined([range_of(group, whole, declared) for group in declared.constraint_groups])
     spans = [each.high - each.low + (1.0 if whole else 0.0) for each in ranges]
     total = sum(spans)
     if total <= 0.0:
-        return _listed(name, [{name: _number(each.low, whole)} for each in ranges], _declared(declared))
+        return _listed(name, [{name: _inside(each.low, whole, each.low, each.high)} for each in ranges],
+                       _declared(declared))  # fmt: skip
 
     places = DIGITS - math.ceil(math.log10(total))
 
@@ -152,9 +154,9 @@ def _constrained(declared: ParameterDeclaration) -> Axis:
         for each, span in zip(ranges, spans, strict=True):
             if way <= span:
                 value = each.low + (way // 1.0 if whole else round(way, places))
-                return {name: _number(min(value, each.high), whole)}
+                return {name: _inside(value, whole, each.low, each.high)}
             way -= span
-        return {name: _number(ranges[-1].high, whole)}
+        return {name: _inside(ranges[-1].high, whole, ranges[-1].low, ranges[-1].high)}
 
     return Axis(name, at, {name: _declared(declared)}, round(total) if whole and total < 1e6 else None)
 
@@ -173,11 +175,12 @@ def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclara
             if isinstance(each.distribution, ProbabilityDistributionSet):
                 weights = tuple(element.weight for element in each.distribution.elements if element.weight > 0.0)
             draw, whole = inverse(each.distribution), declared[name].parameter_type in WHOLE
+            low, high, common = draw(0.0), draw(1.0), (draw(0.001), draw(0.999))
 
-            def at(share: float, name: str = name, draw: Callable[[float], float | str] = draw,
-                   whole: bool = whole) -> Values:  # fmt: skip
+            def at(share: float, name: str = name, draw: Callable[[float], float | str] = draw, whole: bool = whole,
+                   low: Any = low, high: Any = high, common: Any = common) -> Values:  # fmt: skip
                 value = draw(min(max(share, 1e-15), 1.0 - 1e-15))
-                return {name: value if isinstance(value, str) else _number(value, whole)}
+                return {name: value if isinstance(value, str) else _inside(value, whole, low, high, common)}
 
             axes.append(Axis(name, at, {name: _declared(declared[name])}, len(weights) or None, weights))
         return tuple(axes)
@@ -215,10 +218,24 @@ def _declared(declared: ParameterDeclaration) -> str:
         return value
 
 
-def _number(value: float, whole: bool) -> str:
+def _inside(
+    value: float, whole: bool, low: float, high: float, common: tuple[float, float] | None = None
+) -> str:  # fmt: skip
+    """A number between two ends as a file spells it, with as many digits as its range needs; rounding leads to none
+    beyond an end, which the scenario's constraints may exclude. common: where nearly all numbers of the range are."""
     from openscenario.values import spelled
 
-    return spelled(round(value) if whole else float(f"{value:.{DIGITS}g}"))
+    if whole:
+        return spelled(round(value))
+    return spelled(min(max(float(f"{value:.{_digits(*(common or (low, high)))}g}"), low), high))
+
+
+def _digits(low: float, high: float) -> int:
+    """Significant digits that tell numbers between these two apart."""
+    away, width = max(abs(low), abs(high)), high - low
+    if not 0.0 < width < math.inf:
+        return DIGITS
+    return min(max(DIGITS, math.ceil(math.log10(away / width)) + FINE), 17)  # 17 digits tell all doubles apart
 
 
 def _same(one: str, other: str) -> bool:

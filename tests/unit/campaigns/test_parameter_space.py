@@ -10,6 +10,7 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
+from pytest_dvp.campaigns.cases import excluded_by  # noqa: E402
 from pytest_dvp.campaigns.constraint_range import FuzzError  # noqa: E402
 from pytest_dvp.campaigns.parameter_space import Space, space_of  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
@@ -82,3 +83,57 @@ def test_rare_values_of_a_list_have_places_of_their_own(tmp_path: Path) -> None:
     assert [axis.even_share_of({"a": value}) for value in ("0.1", "0.5", "0.9")] == pytest.approx([1 / 6, 0.5, 5 / 6])
     assert [found.values((share,))["a"] for share in places] == ["0.1", "0.5", "0.9"]
     assert [found.values(point)["a"] for point in sample("grid", found.axes, 3, 7)] == ["0.1", "0.5", "0.9"]
+
+
+def bounded(folder: Path, kind: str, nominal: str, *groups: tuple[str, str]) -> Path:
+    """A scenario with one parameter `a` of a type, in groups from a least to a greatest value."""
+    inside = "".join(
+        f'<ConstraintGroup><ValueConstraint rule="greaterOrEqual" value="{low}"/>'
+        f'<ValueConstraint rule="lessOrEqual" value="{high}"/></ConstraintGroup>'
+        for low, high in groups
+    )
+    path = folder / "bounded.xosc"
+    path.write_text(
+        planted.XOSC.format(f'<ParameterDeclaration name="a" parameterType="{kind}" value="{nominal}">{inside}'
+                            "</ParameterDeclaration>")
+    )  # fmt: skip
+    return path
+
+
+def test_the_ends_of_a_range_are_inside_its_constraints(tmp_path: Path) -> None:
+    """30 and 50 km/h in m/s: 13.8889 and 8.33333 would lie outside."""
+    path = bounded(tmp_path, "double", "10", ("8.333333334", "13.888888889"))
+    found = space_of(path, RunSpec())
+    values = [found.values(shares) for shares in sample("grid", found.axes, 5, 1)]
+    assert [float(each["a"]) for each in values][:: len(values) - 1] == [8.333333334, 13.888888889]
+    assert not any(excluded_by(path, each) for each in values)
+    (tmp_path / "one").mkdir()
+    path = bounded(tmp_path / "one", "double", "13.88888888", ("13.88888888", "13.88888888"))
+    assert not excluded_by(path, space_of(path, RunSpec()).values((0.5,)))
+
+
+@pytest.mark.parametrize(("low", "high"), [("123456", "123457"), ("48.262501", "48.262523"), ("-5000.2", "-5000.1")])
+def test_a_narrow_range_far_from_zero_has_many_values(tmp_path: Path, low: str, high: str) -> None:
+    """Shares of 0 to 1 in steps of 1/1000 are 1001 places that lie evenly."""
+    uniform = (
+        '<Stochastic numberOfTestRuns="10"><StochasticDistribution parameterName="a"><UniformDistribution>'
+        f'<Range lowerLimit="{low}" upperLimit="{high}"/></UniformDistribution></StochasticDistribution></Stochastic>'
+    )
+    for found in (space_of(bounded(tmp_path, "double", low, (low, high)), RunSpec()), space(tmp_path, uniform)):
+        values = [float(found.values((k / 1000,))["a"]) for k in range(1001)]
+        width = float(high) - float(low)
+        assert values == pytest.approx([float(low) + k / 1000 * width for k in range(1001)], abs=1e-4 * width)
+        assert float(low) <= min(values) <= max(values) <= float(high)
+
+
+@pytest.mark.parametrize("kind", ["integer", "double"])
+def test_values_that_two_groups_allow_are_drawn_no_more_often(tmp_path: Path, kind: str) -> None:
+    """1 to 3 and 2 to 4 are 1 to 4."""
+    found = space_of(bounded(tmp_path, kind, "2", ("2", "4"), ("1", "3")), RunSpec())
+    (axis,) = found.axes
+    assert axis.count == (4 if kind == "integer" else None)
+    drawn = [float(axis.at((k + 0.5) / 1200)["a"]) for k in range(1200)]
+    if kind == "integer":
+        assert [drawn.count(value) for value in (1, 2, 3, 4)] == [300] * 4
+    else:
+        assert [sum(low <= value < low + 1 for value in drawn) for low in (1, 2, 3)] == [400] * 3
