@@ -189,12 +189,13 @@ def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclara
         if steps.count < 1:
             continue
 
-        def step(share: float, steps: Callable[[int], Values] = steps, count: int = steps.count) -> Values:
-            return dict(steps(min(int(share * count), count - 1)))
+        nominal = {name: _declared(declared[name]) for name in steps.names}
 
-        axes.append(
-            Axis("+".join(steps.names), step, {name: _declared(declared[name]) for name in steps.names}, steps.count)
-        )
+        def step(share: float, steps: Callable[[int], Values] = steps, count: int = steps.count,
+                 nominal: Values = nominal) -> Values:  # fmt: skip
+            return {**nominal, **steps(min(int(share * count), count - 1))}  # a set may leave one as declared
+
+        axes.append(Axis("+".join(steps.names), step, nominal, steps.count))
     return tuple(axes)
 
 

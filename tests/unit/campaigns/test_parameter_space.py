@@ -137,3 +137,22 @@ def test_values_that_two_groups_allow_are_drawn_no_more_often(tmp_path: Path, ki
         assert [drawn.count(value) for value in (1, 2, 3, 4)] == [300] * 4
     else:
         assert [sum(low <= value < low + 1 for value in drawn) for low in (1, 2, 3)] == [400] * 3
+
+
+def test_a_set_of_values_leaves_what_it_does_not_name_as_declared(tmp_path: Path) -> None:
+    planted.scenario(tmp_path)
+    rows = (("a", 0.1), ("b", 0.2)), (("a", 0.3),), (("b", 0.4),)
+    sets = "".join(
+        "<ParameterValueSet>"
+        + "".join(f'<ParameterAssignment parameterRef="{name}" value="{value}"/>' for name, value in row)
+        + "</ParameterValueSet>"
+        for row in rows
+    )
+    found = space(
+        tmp_path,
+        "<Deterministic><DeterministicMultiParameterDistribution><ValueSetDistribution>"
+        f"{sets}</ValueSetDistribution></DeterministicMultiParameterDistribution></Deterministic>",
+    )
+    values = [found.values(shares) for shares in sample("grid", found.axes, 3, 1)]
+    assert values == [{"a": "0.1", "b": "0.2"}, {"a": "0.3", "b": "0.5"}, {"a": "0.5", "b": "0.4"}]
+    assert [found.axes[0].number_of(each) for each in values] == [0, 1, 2]
