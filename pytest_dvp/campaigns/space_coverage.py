@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.campaigns.cases import excluded_by
-from pytest_dvp.campaigns.parameter_space import Space
+from pytest_dvp.campaigns.parameter_space import Axis, Space
 from pytest_dvp.campaigns.sampling import sobol
 from pytest_dvp.campaigns.store import EXCLUDED, Row
 from pytest_dvp.logs.log_contents import FloatArray
@@ -19,6 +19,9 @@ PARTS = 10  # of a range: a tenth is what a person takes for "about the same val
 LEAST = 10  # drives below which a share says nothing
 CANDIDATES = 4096  # points of the space of which the emptiest are looked for; a gap is known to some percent of a range
 SHOWN = 3  # gaps
+LOOKED_AT = 1000  # places of an axis at which it is asked for its value
+FEW = 100  # different values below which an axis is a list: ten in each part, and each has a place of its own
+ROUNDING = 1e-5  # of a part: numbers have six digits or more, and one on the edge of a part belongs to the upper one
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,10 +82,32 @@ def coverage(space: Space, rows: Sequence[Row], seed: int = 0) -> Coverage | Non
     )
     parts = [min(axis.count or PARTS, PARTS) for axis in space.axes]
     size = len(parts)
+    listed = [_listed(axis) for axis in space.axes]
     even = np.array([[axis.even_share_of(row.parameters) for axis in space.axes] for row in driven])
-    tried = tuple(_tried(even, outside, parts, many) for many in range(1, min(size, 3) + 1))
-    plain = all(axis.count is None for axis in space.axes) and not len(outside)
-    return Coverage(len(driven), tried, _unevenness(points) if plain else None, _gaps(space, points, seed))
+    # A part in which no value of a list lies cannot be tried.
+    known = [
+        parts[k] if places is None else len({*_part(np.array(places), parts[k]), *_part(even[:, k], parts[k])})
+        for k, places in enumerate(listed)
+    ]
+    tried = tuple(_tried(even, outside, parts, known, many) for many in range(1, min(size, 3) + 1))
+    plain = all(places is None for places in listed) and not len(outside)
+    gaps = _gaps(space, points, listed, seed)
+    return Coverage(len(driven), tried, _unevenness(points) if plain else None, gaps)
+
+
+def _listed(axis: Axis) -> list[float] | None:
+    """The places of the values of an axis that has few different ones, each taking as much as any other if they are
+    known by number; None of any other axis."""
+    if axis.count is not None:
+        return [(k + 0.5) / axis.count for k in range(min(axis.count, LOOKED_AT))]
+    values = {tuple(axis.at((k + 0.5) / LOOKED_AT).items()) for k in range(LOOKED_AT)}
+    return [axis.share_of(dict(each)) for each in values] if len(values) < FEW else None
+
+
+def _part(shares: FloatArray, parts: int) -> list[int]:
+    """In which of equal parts of 0 to 1 shares (n,) lie."""
+    found: list[int] = np.minimum((shares * parts + ROUNDING).astype(int), parts - 1).tolist()
+    return found
 
 
 def _shares(space: Space, rows: Sequence[Row]) -> FloatArray:
@@ -94,16 +119,19 @@ def _cells(points: FloatArray, parts: Sequence[int], axes: Sequence[int]) -> set
     """The combinations of parts of some axes that points (n, m) lie in."""
     if not len(points):
         return set()
-    columns = [np.minimum((points[:, k] * parts[k]).astype(int), parts[k] - 1).tolist() for k in axes]
+    columns = [_part(points[:, k], parts[k]) for k in axes]
     return set(zip(*columns, strict=True))
 
 
-def _tried(points: FloatArray, outside: FloatArray, parts: Sequence[int], many: int) -> float:
+def _tried(
+    points: FloatArray, outside: FloatArray, parts: Sequence[int], known: Sequence[int], many: int
+) -> float:  # fmt: skip
+    """known: in how many of the parts of each axis a value lies."""
     met = every = 0
     for axes in itertools.combinations(range(len(parts)), many):
         here = _cells(points, parts, axes)
         met += len(here)
-        every += int(np.prod([parts[k] for k in axes])) - len(_cells(outside, parts, axes) - here)
+        every += int(np.prod([known[k] for k in axes])) - len(_cells(outside, parts, axes) - here)
     return met / max(every, 1)
 
 
@@ -115,15 +143,27 @@ def _unevenness(points: FloatArray) -> float:
     return float(qmc.discrepancy(np.clip(points, 0.0, 1.0), method="CD") / expected)
 
 
-def _gaps(space: Space, points: FloatArray, seed: int) -> tuple[Gap, ...]:
-    """The emptiest places, each at least its own radius from those before."""
+def _gaps(
+    space: Space, points: FloatArray, listed: Sequence[list[float] | None], seed: int
+) -> tuple[Gap, ...]:  # fmt: skip
+    """The emptiest places, each at least its own radius from those before. A value of a list has one place."""
     from scipy.spatial import cKDTree  # here, for the summary of a campaign needs this file and no tree
 
     candidates = np.array(sobol(len(space.axes), CANDIDATES, seed))
+    for k, axis in enumerate(space.axes):
+        if listed[k] is not None:
+            known: dict[tuple[tuple[str, str], ...], float] = {}
+            for row in candidates:
+                values = axis.at(float(row[k]))
+                if (key := tuple(values.items())) not in known:
+                    known[key] = axis.share_of(values)
+                row[k] = known[key]
     away = np.asarray(cKDTree(points).query(candidates, p=np.inf)[0], dtype=float)
     found: list[Gap] = []
     taken: list[FloatArray] = []
     for k in np.argsort(-away, kind="stable"):
+        if away[k] <= 0.0:
+            break  # every other value was driven
         if any(np.abs(candidates[k] - each).max() < away[k] for each in taken):
             continue
         values = space.values(tuple(float(share) for share in candidates[k]))

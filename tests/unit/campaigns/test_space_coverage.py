@@ -12,9 +12,13 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
+from pytest_dvp.campaigns.campaign import Campaign  # noqa: E402
+from pytest_dvp.campaigns.crew import LocalCrew  # noqa: E402
+from pytest_dvp.campaigns.parameter_space import space_of  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
 from pytest_dvp.campaigns.space_coverage import Coverage, coverage  # noqa: E402
 from pytest_dvp.campaigns.store import EXCLUDED, Store  # noqa: E402
+from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 
 
 def of(folder: Path, points: list[tuple[float, ...]], outside: int = 0) -> Coverage | None:
@@ -70,3 +74,44 @@ def test_what_only_excluded_draws_met_is_not_missing(tmp_path: Path) -> None:
 
 def test_of_a_few_drives_nothing_is_said(tmp_path: Path) -> None:
     assert of(tmp_path, [(0.1, 0.1)] * 3) is None
+
+
+def test_a_grid_with_eleven_values_of_each_range_has_all_parts(tmp_path: Path) -> None:
+    """0, 0.1, ... 1.0 lie on the edges of the ten parts, one in each of them, and the last two in the last."""
+    told = of(tmp_path, [(a / 10.0, b / 10.0) for a in range(11) for b in range(11)])
+    assert told is not None
+    assert told.tried == (1.0, 1.0)
+
+
+def drawn_whole(folder: Path, points: list[tuple[float, ...]]) -> Coverage | None:
+    """The coverage of drives at these shares of k, a whole number evenly of 1 to 4, and of a."""
+    folder.mkdir(exist_ok=True)
+    whole = '<ParameterDeclaration name="k" parameterType="integer" value="2"/>'
+    (folder / "planted.xosc").write_text(planted.XOSC.format(whole + planted.PARAMETER.format("a")))
+    (folder / "drawn.xosc").write_text(
+        '<OpenSCENARIO><FileHeader revMajor="1" revMinor="2" date="2026-01-01T00:00:00" description="" author=""/>'
+        '<ParameterValueDistribution><ScenarioFile filepath="planted.xosc"/><Stochastic numberOfTestRuns="10">'
+        + "".join(
+            f'<StochasticDistribution parameterName="{name}"><UniformDistribution><Range lowerLimit="{low}" '
+            f'upperLimit="{high}"/></UniformDistribution></StochasticDistribution>'
+            for name, low, high in (("k", 0.5, 4.49), ("a", 0, 1))
+        )
+        + "</Stochastic></ParameterValueDistribution></OpenSCENARIO>"
+    )
+    one = space_of(folder / "drawn.xosc", RunSpec())
+    with Store(folder / "out", writes=True) as store:
+        many = Campaign(one, RunSpec(), store, LocalCrew(1, lambda order: planted.row(order, 1.0)))
+        return coverage(one, many.rows(points, "sample"))
+
+
+def test_whole_numbers_of_a_distribution_are_all_tried_if_each_was_driven(tmp_path: Path) -> None:
+    """Four values, each with ten of `a`: nothing is missing, and a drive that has a value is at no distance from it."""
+    told = drawn_whole(tmp_path, [((k + 0.5) / 4, (a + 0.5) / 10) for k in range(4) for a in range(10)])
+    assert told is not None
+    assert told.tried == (1.0, 1.0)
+    assert told.unevenness is None
+    assert told.gaps[0].radius == pytest.approx(0.05, abs=0.005)  # half the way between two of `a`
+    less = drawn_whole(tmp_path / "less", [((k + 0.5) / 4, (a + 0.5) / 10) for k in range(2) for a in range(10)])
+    assert less is not None
+    assert less.tried == pytest.approx(((2 + 10) / (4 + 10), 0.5))
+    assert less.gaps[0].values["k"] == "4"
