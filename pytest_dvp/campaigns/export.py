@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.campaigns.regression_set import CASES, FOLDER, regression_set, write_regression_set
-from pytest_dvp.campaigns.store import Row, StoreError
+from pytest_dvp.campaigns.store import SHRINKING, Row, StoreError
 from pytest_dvp.text.paths import told_apart
 from reports.whole_file import write_whole
 
@@ -23,7 +23,8 @@ def export(rows: Sequence[Row], kind: str, folder: Path, cases: int = CASES) -> 
     """Write the drives into the campaign's folder as one of KINDS; returns the files: one, or one for each scenario of
     a regression set of so many `cases`.
 
-    Columns are the fixed ones, then `parameter.NAME`, `margin.GATE` and `metric.NAME`.
+    Columns are the fixed ones, then `parameter.NAME`, `margin.GATE` and `metric.NAME`. JUnit has no column `purpose`,
+    so drives that shrank a failure are not in it, as they are not in the summary.
 
     Raises StoreError for parquet without pyarrow, and for a set of a scenario that is no longer there; WriteError if a
     file cannot be written.
@@ -36,7 +37,7 @@ def export(rows: Sequence[Row], kind: str, folder: Path, cases: int = CASES) -> 
         names = [told_apart(file, files, base) for file in files]
         return [write_regression_set(each, target, name) for each, name in zip(sets, names, strict=True)]
     if kind == "junit":
-        data = _junit(rows)
+        data = _junit([row for row in rows if row.purpose != SHRINKING])
     elif kind == "csv":
         data = _csv(_table(rows))
     else:

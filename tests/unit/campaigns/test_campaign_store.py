@@ -10,12 +10,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from lxml import etree
 
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.crew import LocalCrew
+from pytest_dvp.campaigns.export import export
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.regression_set import FOLDER as REGRESSION
-from pytest_dvp.campaigns.reproducer import FOLDER
+from pytest_dvp.campaigns.reproducer import FOLDER, smallest
 from pytest_dvp.campaigns.sampling import sample
 from pytest_dvp.campaigns.store import FILE, Row, Store, StoreError
 from pytest_dvp.workers.scenario_files import CAMPAIGN
@@ -179,3 +181,16 @@ def test_what_a_campaign_writes_beside_its_scenario_does_not_change_its_drives(t
         (tmp_path / "catalogs" / "cars.xosc").write_text("<OpenSCENARIO/>")
         assert planted.campaign(tmp_path, store).base != before
     assert CAMPAIGN == FILE
+
+
+def test_junit_counts_the_failures_that_the_summary_counts(tmp_path: Path) -> None:
+    """Drives that shrink a failure are in the table, with their purpose, and no tests."""
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store)
+        smallest(one, one.rows([(0.5, 0.5), (0.99, 0.99)], "sample")[1])
+        rows = store.rows()
+    assert sum(row.failed for row in rows) > 1  # what shrank it failed as well
+    suite = etree.parse(export(rows, "junit", tmp_path)[0]).getroot()
+    assert (suite.get("tests"), suite.get("failures"), len(suite)) == ("2", "1", 2)
+    (table,) = export(rows, "csv", tmp_path)
+    assert len(table.read_text().splitlines()) == 1 + len(rows)
