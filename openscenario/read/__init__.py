@@ -164,6 +164,13 @@ def read_declarations(
     return declared
 
 
+def declarations_with(path: AnyPath, parameters: Mapping[str, str | float | bool]) -> tuple[ParameterDeclaration, ...]:
+    """The parameters as `read_declarations` has them, with the constraints that hold at these values, also where the
+    values are outside of them. Empty for a file that cannot be read."""
+    reading = open_reading(Path(path), (), None, Findings())
+    return () if reading is None else declarations_of(reading, texts(parameters))
+
+
 def _folders(paths: Sequence[AnyPath]) -> list[Path]:
     return [Path(path) for path in paths]
 

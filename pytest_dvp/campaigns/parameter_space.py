@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, joined, range_of
+from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, Range, joined, widest_ranges
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.errors import SettingError
 
@@ -123,7 +123,9 @@ def space_of(path: Path, settings: RunSpec) -> Space:
         axes = _distributed(file, declared)
         space = Space(path, scenario, beside if beside.is_file() else None, axes)
     else:
-        axes = tuple(_constrained(each) for each in read_declarations(path) if each.constraint_groups)
+        every = read_declarations(path)
+        ranges = widest_ranges(path, every, settings.set.scenario)
+        axes = tuple(_constrained(each, ranges.get(each.name, [])) for each in every if each.constraint_groups)
         space = Space(path, path, None, axes)
     axes = tuple(axis for axis in space.axes if axis.name.split("+")[0] not in settings.set.scenario)
     if not axes:
@@ -131,7 +133,7 @@ def space_of(path: Path, settings: RunSpec) -> Space:
     return dataclasses.replace(space, axes=axes)
 
 
-def _constrained(declared: ParameterDeclaration) -> Axis:
+def _constrained(declared: ParameterDeclaration, ranges: Sequence[Range]) -> Axis:
     """An axis of a declaration: evenly over the lengths of its ranges, or over its words."""
     name = declared.name
     if declared.parameter_type in WORDS:
@@ -140,7 +142,7 @@ def _constrained(declared: ParameterDeclaration) -> Axis:
             name, [{name: word} for word in dict.fromkeys([str(declared.value), *words])], _declared(declared)
         )
     whole = declared.parameter_type not in ("double", "float")
-    ranges = joined([range_of(group, whole, declared) for group in declared.constraint_groups])
+    ranges = joined(ranges)
     spans = [each.high - each.low + (1.0 if whole else 0.0) for each in ranges]
     total = sum(spans)
     if total <= 0.0:

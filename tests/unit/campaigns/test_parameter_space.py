@@ -14,6 +14,7 @@ from pytest_dvp.campaigns.cases import excluded_by  # noqa: E402
 from pytest_dvp.campaigns.constraint_range import FuzzError  # noqa: E402
 from pytest_dvp.campaigns.parameter_space import Space, space_of  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
+from pytest_dvp.drive.assignments import Assignments  # noqa: E402
 from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 from scenarios import path as shipped  # noqa: E402
 
@@ -156,3 +157,39 @@ def test_a_set_of_values_leaves_what_it_does_not_name_as_declared(tmp_path: Path
     values = [found.values(shares) for shares in sample("grid", found.axes, 3, 1)]
     assert values == [{"a": "0.1", "b": "0.2"}, {"a": "0.3", "b": "0.5"}, {"a": "0.5", "b": "0.4"}]
     assert [found.axes[0].number_of(each) for each in values] == [0, 1, 2]
+
+
+def compared(folder: Path) -> Path:
+    """a of 10 to 20, nominally 15; b of 0 to a; c of b - 1 to b."""
+    rules = (
+        ("a", "15", (("greaterOrEqual", "10"), ("lessOrEqual", "20"))),
+        ("b", "5", (("greaterOrEqual", "0"), ("lessOrEqual", "$a"))),
+        ("c", "4.5", (("greaterOrEqual", "${$b - 1}"), ("lessOrEqual", "$b"))),
+    )
+    path = folder / "compared.xosc"
+    path.write_text(
+        planted.XOSC.format(
+            "".join(
+                f'<ParameterDeclaration name="{name}" parameterType="double" value="{value}"><ConstraintGroup>'
+                + "".join(f'<ValueConstraint rule="{rule}" value="{bound}"/>' for rule, bound in group)
+                + "</ConstraintGroup></ParameterDeclaration>"
+                for name, value, group in rules
+            )
+        )
+    )
+    return path
+
+
+def test_a_range_that_another_parameter_bounds_reaches_as_far_as_that_one_allows(tmp_path: Path) -> None:
+    """Not as far as its nominal value: with a = 20, b may be 19. What does not go together is excluded, as a draw."""
+    path = compared(tmp_path)
+    found = space_of(path, RunSpec())
+    assert [found.values((share,) * 3) for share in (0.0, 1.0)] == [
+        {"a": "10", "b": "0", "c": "-1"}, {"a": "20", "b": "20", "c": "20"},
+    ]  # fmt: skip
+    draws = [found.values(shares) for shares in sample("random", found.axes, 4000, 1)]
+    kept = [{name: float(value) for name, value in each.items()} for each in draws if not excluded_by(path, each)]
+    assert len(kept) / len(draws) == pytest.approx(0.75 / 21, abs=0.01)  # b <= a in 3 of 4, c in 1 of its 21
+    assert max(each["b"] for each in kept) > 17
+    fixed = space_of(path, RunSpec(set=Assignments(scenario={"a": "12"})))
+    assert fixed.values((1.0, 1.0)) == {"b": "12", "c": "12"}
