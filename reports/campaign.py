@@ -45,10 +45,11 @@ def render_campaign_page(pages: Sequence[Mapping[str, Any]]) -> str:
     for page in pages:
         names = list(page["summary"]["failures"])
         colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
-        pairs = list(itertools.combinations(range(len(page["axes"])), 2))[:PLOTS]
+        every = list(itertools.combinations(range(len(page["axes"])), 2))
+        pairs = every[:PLOTS]
         slices = (page["boundary"]["slices"] if page.get("boundary") else None) or [None] * len(pairs)
         plots = [_plot(page, i, j, colours, shaded) for (i, j), shaded in zip(pairs, slices, strict=False)]
-        drawn.append({**page, "colours": colours, "plots": plots})
+        drawn.append({**page, "colours": colours, "plots": plots, "pairs": len(every)})
     text: str = _template().render(pages=drawn, style=Markup(asset("run.css") + asset("campaign.css")), grey=PASS)
     return text
 

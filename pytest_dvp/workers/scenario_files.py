@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 KINDS = (".xosc", ".xodr", ".xml", ".toml", ".csv")
-LEFT = ("__pycache__", "site-packages", "node_modules", "runs")
+LEFT: tuple[str, ...] = ("__pycache__", "site-packages", "node_modules", "runs")
 CAMPAIGN = "campaign.sqlite"
 """What tells the folder of a campaign, as `campaigns/store.py` names it: what lies below was written by drives."""
 WRITTEN = ("reproducers", "regression", "logs")

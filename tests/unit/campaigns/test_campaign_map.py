@@ -164,6 +164,23 @@ def test_the_page_escapes_what_a_file_says_and_loads_nothing(tmp_path: Path) -> 
     assert page.count("<circle") == 2
 
 
+def test_the_page_says_what_its_points_are_and_what_it_does_not_draw(tmp_path: Path) -> None:
+    """Seven parameters are 21 pairs, of which 15 are drawn; a drive that decided nothing is a circle."""
+
+    def work(order: Drive) -> Row:
+        return planted.row(order, None if float(order.parameters["a"]) > 0.9 else 1.0)
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work, "abcdefg")
+        page = render_campaign_page([map_page(one, one.rows([(0.99,) * 7, (0.2,) * 7], "sample"), [], None)])
+        few = planted.campaign(tmp_path / "few", store, work, "ab")
+        other = render_campaign_page([map_page(few, few.rows([(0.2, 0.2), (0.3, 0.3)], "sample"), [], None)])
+    assert "15 of 21 pairs of parameters are drawn" in page
+    assert "decided nothing</p>" in page
+    assert "are drawn" not in other
+    assert "decided nothing" not in other
+
+
 def test_what_passed_before_and_fails_now_is_told(tmp_path: Path) -> None:
     def worse(order: Drive) -> Row:
         return planted.row(order, 1.6 - float(order.parameters["a"]) - float(order.parameters["b"]))
