@@ -156,7 +156,10 @@ def _write(campaign: Campaign, values: Values, target: Path) -> str:
     write_scenario(scenario, target)
     gates = asked.spec.gates or source.with_name(f"{source.stem}.gates.toml")
     library = (*asked.spec.library, source.parent.resolve())
-    spec = dataclasses.replace(asked.spec, gates=gates if gates.is_file() else None, library=library)
+    # A worker drives the stack inside itself; a stack that ends its process would end a replay without a word.
+    spec = dataclasses.replace(
+        asked.spec, gates=gates if gates.is_file() else None, library=library, stack_process=None
+    )  # fmt: skip
     return replay_command(dataclasses.replace(asked, path=target, parameters={}, spec=spec))
 
 

@@ -14,15 +14,19 @@ sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
 from pytest_dvp.campaigns.baseline import compared  # noqa: E402
+from pytest_dvp.campaigns.campaign import Campaign  # noqa: E402
+from pytest_dvp.campaigns.crew import LocalCrew  # noqa: E402
 from pytest_dvp.campaigns.criticality import box_gap  # noqa: E402
 from pytest_dvp.campaigns.map_page import map_page  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.parameter_influence import influence  # noqa: E402
-from pytest_dvp.campaigns.parameter_space import Axis  # noqa: E402
+from pytest_dvp.campaigns.parameter_space import Axis, space_of  # noqa: E402
 from pytest_dvp.campaigns.reproducer import changed_values, reproducers, smallest  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
 from pytest_dvp.campaigns.store import EXCLUDED, Row, Store  # noqa: E402
+from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 from reports.campaign import render_campaign_page  # noqa: E402
+from scenarios import path as shipped  # noqa: E402
 
 
 def two_needed(order: Drive) -> Row:
@@ -54,6 +58,17 @@ def test_each_kind_of_failure_has_a_reproducer_of_its_own_kind(tmp_path: Path) -
         "gap >= 0": ["a", "b"],
         "other >= 0": ["c"],
     }
+
+
+def test_the_replay_of_a_stack_that_ended_its_worker_keeps_it_in_a_process_of_its_own(tmp_path: Path) -> None:
+    """In a worker the stack runs inside it; a replay that did so would end without a word."""
+    settings = RunSpec(stack_process="off")
+    with Store(tmp_path / "out", writes=True) as store:
+        crew = LocalCrew(1, lambda order: planted.row(order, -1.0))
+        one = Campaign(space_of(shipped("follow.xosc"), settings), settings, store, crew)
+        (found,) = reproducers(one, one.rows([(0.5,) * 5], "sample"), "follow")
+    assert found.command.startswith("dvp run ")
+    assert "--stack-process" not in found.command
 
 
 def reproducers_without_files(one: object, rows: list[Row]) -> dict[str, Mapping[str, str]]:
