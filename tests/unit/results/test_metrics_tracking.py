@@ -140,8 +140,9 @@ def test_kind_error_is_the_share_that_is_called_something_else() -> None:
 
 
 def test_coasting_is_the_share_of_rows_that_nothing_was_seen_behind() -> None:
-    """Every fourth row keeps the velocity of the row before it: the tracker has only moved the track on."""
-    vx = 2.0 + 0.01 * np.arange(N)
+    """Every fourth row keeps the velocity of the row before it, and lies where that leads: the tracker has only moved
+    the track on."""
+    vx = 2.0 + 0.0001 * np.arange(N)
     coasts = np.arange(N) % 4 == 0
     vx[coasts] = vx[np.flatnonzero(coasts) - 1]
     vx[0] = 1.9
