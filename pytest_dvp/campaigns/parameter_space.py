@@ -34,6 +34,7 @@ class Axis:
     nominal  the values that the scenario declares
     count    how many different values there are; None for a continuous range
     weights  of the values of a list, more than 0; empty: all alike
+    endless  True for a distribution that has no least or no greatest value
     """
 
     name: str
@@ -41,6 +42,7 @@ class Axis:
     nominal: Values
     count: int | None
     weights: tuple[float, ...] = ()
+    endless: bool = False
 
     def middle(self, k: int) -> float:
         """The middle of the shares of value `k` of a list."""
@@ -166,7 +168,13 @@ def _constrained(declared: ParameterDeclaration, ranges: Sequence[Range]) -> Axi
 def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclaration]) -> tuple[Axis, ...]:
     from openscenario.distributions import WHOLE, axis
     from openscenario.draws import inverse
-    from openscenario.model.distributions import ProbabilityDistributionSet, Stochastic
+    from openscenario.model.distributions import (
+        LogNormalDistribution,
+        NormalDistribution,
+        PoissonDistribution,
+        ProbabilityDistributionSet,
+        Stochastic,
+    )
 
     definition = file.distribution.definition
     axes: list[Axis] = []
@@ -184,7 +192,11 @@ def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclara
                 value = draw(min(max(share, 1e-15), 1.0 - 1e-15))
                 return {name: value if isinstance(value, str) else _inside(value, whole, low, high, common)}
 
-            axes.append(Axis(name, at, {name: _declared(declared[name])}, len(weights) or None, weights))
+            endless = (
+                isinstance(each.distribution, NormalDistribution | LogNormalDistribution | PoissonDistribution)
+                and each.distribution.range is None
+            )
+            axes.append(Axis(name, at, {name: _declared(declared[name])}, len(weights) or None, weights, endless))
         return tuple(axes)
     for one in definition.distributions:
         steps = axis(one)

@@ -41,7 +41,8 @@ def sobol(size: int, count: int, seed: int) -> list[Shares]:
 
 
 def grid(axes: Sequence[Axis], count: int) -> Iterator[Shares]:
-    """Every combination of equally many values of each axis, of a list no more than it has; the ends are included."""
+    """Every combination of equally many values of each axis, of a list no more than it has; the ends are included, but
+    of a distribution without ends, of which these are the middles of equally likely parts."""
     limits = [axis.count if axis.count is not None else count for axis in axes]
     steps = [1] * len(axes)
     while True:
@@ -57,4 +58,6 @@ def _values(axis: Axis, steps: int) -> list[float]:
     if axis.count is not None:
         picked = np.unique(np.round(np.linspace(0, axis.count - 1, steps)))
         return [axis.middle(int(k)) for k in picked]
+    if axis.endless:
+        return [(k + 0.5) / steps for k in range(steps)]
     return [0.5] if steps == 1 else [float(share) for share in np.linspace(0.0, 1.0, steps)]

@@ -57,6 +57,18 @@ def test_a_normal_distribution_has_its_quantiles(tmp_path: Path) -> None:
     assert values == pytest.approx([0.4, 0.5, 0.2], abs=1e-5)  # the mean, one above, two below
 
 
+def test_a_grid_of_a_distribution_without_ends_has_the_middles_of_equal_parts(tmp_path: Path) -> None:
+    """Its ends would lie eight standard deviations away, where nothing ever lies. Quartiles of N(0.4, 0.1)."""
+    found = space(tmp_path, NORMAL)
+    values = [float(found.values(shares)["a"]) for shares in sample("grid", found.axes, 2, 0)]
+    assert values == pytest.approx([0.4 - 0.0674490, 0.4 + 0.0674490], abs=1e-5)
+    bounded = NORMAL.replace(
+        'variance="0.01"/>', 'variance="0.01"><Range lowerLimit="0.1" upperLimit="0.6"/></NormalDistribution>'
+    )
+    found = space(tmp_path, bounded)
+    assert [found.values(shares)["a"] for shares in sample("grid", found.axes, 2, 0)] == ["0.1", "0.6"]
+
+
 def test_a_list_has_each_value_equally_often(tmp_path: Path) -> None:
     found = space(tmp_path, LISTED)
     assert [found.values((share,))["a"] for share in (0.0, 0.3, 0.4, 0.7, 1.0)] == ["0.1", "0.1", "0.5", "0.9", "0.9"]
