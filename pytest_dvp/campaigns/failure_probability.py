@@ -36,7 +36,7 @@ class Probability:
     def text(self) -> str:
         """One sentence."""
         counted = f"{self.failures} failures in {self.runs} runs"
-        counted += f", {self.undecided} of them undecided, which widens it" if self.undecided else ""
+        counted += f", of which {self.undecided} decided nothing, which widens it" if self.undecided else ""
         if self.failures == 0:
             return f"probability of failure at most {self.high:.2g} (95 %), {counted}, {self.method}"
         return (
