@@ -17,9 +17,10 @@ def track_coasting(
     """Share of the detections of road users ahead that no measurement stands behind: the track was only moved on.
 
     A tracker moves a track on at the velocity that it had, so a velocity that is that of the row before, and a place to
-    which it leads, say that nothing was seen; in a log without numbers of tracks this cannot be told, and the share is 0. Some coasting is
-    usual: a sensor that measures at half the rate of the stack leaves every second row without. Assigned as in
-    `detection_recall`, which stays 1 as long as a tracker bridges what sensors miss. Undefined if nobody was detected.
+    which it leads, say that nothing was seen; in a log without numbers of tracks this cannot be told, and the share
+    is 0. Some coasting is usual: a sensor that measures at half the rate of the stack leaves every second row without.
+    Assigned as in `detection_recall`, which stays 1 as long as a tracker bridges what sensors miss. Undefined if nobody
+    was detected.
     """
     from pytest_dvp.gap.perception.fresh_detections import fresh
 
