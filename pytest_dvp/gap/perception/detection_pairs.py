@@ -108,9 +108,12 @@ def frames(log: Log) -> Frames | None:
 
 def _period(between: FloatArray) -> float:
     """Time [s] between looks from that between those with a box, (n,): if most looks show nothing, the median is a
-    multiple of it."""
+    multiple of it. The single time is then the most frequent one; of two sensors that look in turns, it is not."""
     median, short = float(np.median(between)), float(np.quantile(between, 0.1))
-    return median if short >= _SHORTEST * median else float(np.median(between[between < 1.5 * short]))
+    if short >= _SHORTEST * median:
+        return median
+    single = between[between < 1.5 * short]
+    return float(np.median(single)) if 2 * len(single) >= np.count_nonzero(between < 2.5 * short) else median
 
 
 def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[float, float]) -> Pairs:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, frames, paired
+from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, _period, frames, paired
 from pytest_dvp.gap.perception.diagnose_perception import perceived_in
 from pytest_dvp.gap.perception.position_fit import Positions, _clustered, _noise
 from pytest_dvp.logs.log import Log
@@ -360,3 +360,20 @@ def test_the_interval_of_a_share_of_misses_ends_at_all_of_them() -> None:
     assert found is not None
     value, low, high = found.values["detection_misses", "rate"]
     assert (value, low, high) == (pytest.approx(0.49), 0.0, 1.0)
+
+
+@pytest.mark.parametrize("share", [0.15, 0.3, 0.45])
+def test_two_sensors_that_look_in_turns_are_no_detector_that_misses_half(share: float) -> None:
+    """LiDAR every 0.1 s, a camera between some of its looks: the time between looks stays that of the LiDAR."""
+    rng = np.random.default_rng(5)
+    between: list[float] = []
+    for extra in rng.random(2000) < share / (2.0 - share):  # of all gaps, `share` are short
+        between += [0.05, 0.05] if extra else [0.1]
+    assert _period(np.array(between)) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("empty", [0.6, 0.8])
+def test_a_detector_that_mostly_shows_nothing_has_the_time_of_its_single_looks(empty: float) -> None:
+    """The number of looks from one with a box to the next is geometrically distributed: one is the most frequent."""
+    gaps = 0.1 * np.random.default_rng(6).geometric(1.0 - empty, 2000)
+    assert _period(gaps) == pytest.approx(0.1)
