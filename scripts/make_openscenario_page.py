@@ -250,31 +250,7 @@ among the notes. Usual causes are trajectories with time stamps, steps of the sp
 ends. The first step is left out: what acts at t = 0 says how a scenario begins.
 """
 
-TRAFFIC = """
-## Traffic that comes and goes
-
-`TrafficAction` puts entities called `NAME-1`, `NAME-2`, ... (`traffic-1` without a `trafficName`) on driving lanes, in
-the direction of the lane, where there is room behind and ahead. If there is no room, fewer are added; 300 is the
-maximum. The draws depend on the seed only, so the same seed gives the same traffic. These entities are like all others:
-they are in the rows of `dvp play`, the sensors of the stack detect them, and conditions on any entity or on a type see
-them.
-
-- **Behaviour.** The standard leaves it to controllers. The entities drive in the middle of
-  their lane, straight on where roads part, and behind others by the intelligent driver model (Treiber et al. 2000;
-  1.5 m/s², 2 m/s², 1.5 s, 2 m) with their initial speed. They do not change lanes and know no right of way. At the end
-  of their lane they disappear.
-- **Kinds.** Templates of a `TrafficDistribution` by weight (1.3); categories of a `TrafficDefinition` by weight (until
-  1.2) as vehicles of usual size; otherwise cars. Roles and controllers change nothing.
-- `TrafficSourceAction` adds one entity every 1 / `rate` seconds, on all lanes within the radius or on the nearest lane.
-  Its speed is the given one, or the limit of the lane, or 50 km/h.
-- `TrafficSinkAction` removes such traffic within its radius; an entity that the file names stays.
-- `TrafficSwarmAction` keeps the number in the ellipse that moves with the central entity. No entity appears in the
-  inner circle, and an entity that leaves the ellipse disappears.
-- `TrafficAreaAction` fills a polygon or a stretch of a road once, or keeps the number in it (`continuous`). A
-  `RoadRange` over several roads is refused.
-- `TrafficStopAction` ends the additions and removals by the action of that name, or by all actions; existing entities
-  drive on.
-"""
+TRAFFIC = Path(__file__).with_name("openscenario_traffic.md").read_text(encoding="utf-8")
 
 MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.FileHeader: (RUN, "decides the version; license and properties are kept"),
