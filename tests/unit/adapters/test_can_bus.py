@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Iterator
 
@@ -222,14 +223,16 @@ class LivePair(Pair):
         self.harness.listen(0, self.now)
         return command
 
+    def close(self) -> None:
+        self.spy.shutdown()
+        self.harness.close()
+        self.unit.close()
+
 
 @pytest.fixture
 def live(request: pytest.FixtureRequest) -> Iterator[LivePair]:
-    pair = LivePair(request.node.name)
-    yield pair
-    pair.spy.shutdown()
-    pair.harness.close()
-    pair.unit.close()
+    with contextlib.closing(LivePair(request.node.name)) as pair:
+        yield pair
 
 
 def test_by_the_wall_clock_frames_of_the_car_alone_are_on_the_bus(live: LivePair) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -69,11 +70,8 @@ class HandEnd(LiveEnd):
 
 @pytest.fixture
 def pair(request: pytest.FixtureRequest) -> Iterator[LivePair]:
-    pair = LivePair(request.node.name)
-    yield pair
-    pair.spy.shutdown()
-    pair.harness.close()
-    pair.unit.close()
+    with contextlib.closing(LivePair(request.node.name)) as pair:
+        yield pair
 
 
 def real_car(**more: Any) -> tuple[LiveCar, HandEnd]:
