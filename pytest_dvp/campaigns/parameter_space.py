@@ -157,7 +157,7 @@ def _constrained(declared: ParameterDeclaration, ranges: Sequence[Range]) -> Axi
         way = share * total
         for each, span in zip(ranges, spans, strict=True):
             if way <= span:
-                value = each.low + (way // 1.0 if whole else round(way, places))
+                value = min(each.low + (way // 1.0 if whole else round(way, places)), each.high)
                 return {name: _inside(value, whole, each.low, each.high)}
             way -= span
         return {name: _inside(ranges[-1].high, whole, ranges[-1].low, ranges[-1].high)}

@@ -99,7 +99,8 @@ def _listed(axis: Axis) -> list[float] | None:
     """The places of the values of an axis that has few different ones, each taking as much as any other if they are
     known by number; None of any other axis."""
     if axis.count is not None:
-        return [(k + 0.5) / axis.count for k in range(min(axis.count, LOOKED_AT))]
+        number = min(axis.count, LOOKED_AT)  # spread over the whole axis, so that each part holds one
+        return [(k + 0.5) / number for k in range(number)]
     values = {tuple(axis.at((k + 0.5) / LOOKED_AT).items()) for k in range(LOOKED_AT)}
     return [axis.share_of(dict(each)) for each in values] if len(values) < FEW else None
 
@@ -151,7 +152,10 @@ def _gaps(
 
     candidates = np.array(sobol(len(space.axes), CANDIDATES, seed))
     for k, axis in enumerate(space.axes):
-        if listed[k] is not None:
+        if axis.count is not None and not axis.weights:
+            number = np.minimum(np.floor(candidates[:, k] * axis.count), axis.count - 1)
+            candidates[:, k] = (number + 0.5) / axis.count
+        elif listed[k] is not None:
             known: dict[tuple[tuple[str, str], ...], float] = {}
             for row in candidates:
                 values = axis.at(float(row[k]))

@@ -205,3 +205,23 @@ def test_a_range_that_another_parameter_bounds_reaches_as_far_as_that_one_allows
     assert max(each["b"] for each in kept) > 17
     fixed = space_of(path, RunSpec(set=Assignments(scenario={"a": "12"})))
     assert fixed.values((1.0, 1.0)) == {"b": "12", "c": "12"}
+
+
+def test_a_whole_number_stays_within_its_groups(tmp_path: Path) -> None:
+    """The last share, and the one at the end of a group, are no value above it."""
+    planted.scenario(tmp_path)
+    file = tmp_path / "planted.xosc"
+    constraint = '<ValueConstraint rule="{}" value="{}"/>'
+    groups = "".join(
+        "<ConstraintGroup>"
+        + constraint.format("greaterOrEqual", low)
+        + constraint.format("lessOrEqual", high)
+        + "</ConstraintGroup>"
+        for low, high in ((0, 3), (6, 9))
+    )
+    text = file.read_text()
+    declared = f'<ParameterDeclaration name="n" parameterType="integer" value="1">{groups}</ParameterDeclaration>'
+    at = text.index("<ParameterDeclarations>") + len("<ParameterDeclarations>")
+    file.write_text(text[:at] + declared + text[at:])
+    (axis,) = [one for one in space_of(file, RunSpec()).axes if one.name == "n"]
+    assert {axis.at(k / 16)["n"] for k in range(17)} == {"0", "1", "2", "3", "6", "7", "8", "9"}

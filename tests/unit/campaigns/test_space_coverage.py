@@ -14,9 +14,9 @@ import planted  # noqa: E402
 
 from pytest_dvp.campaigns.campaign import Campaign  # noqa: E402
 from pytest_dvp.campaigns.crew import LocalCrew  # noqa: E402
-from pytest_dvp.campaigns.parameter_space import space_of  # noqa: E402
+from pytest_dvp.campaigns.parameter_space import Axis, space_of  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
-from pytest_dvp.campaigns.space_coverage import Coverage, coverage  # noqa: E402
+from pytest_dvp.campaigns.space_coverage import Coverage, _listed, coverage  # noqa: E402
 from pytest_dvp.campaigns.store import EXCLUDED, Store  # noqa: E402
 from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 
@@ -115,3 +115,11 @@ def test_whole_numbers_of_a_distribution_are_all_tried_if_each_was_driven(tmp_pa
     assert less is not None
     assert less.tried == pytest.approx(((2 + 10) / (4 + 10), 0.5))
     assert less.gaps[0].values["k"] == "4"
+
+
+def test_a_long_list_is_tried_where_its_drives_lie() -> None:
+    """Of 10,000 whole numbers only the first 20 were driven: one part of ten."""
+    axis = Axis("a", lambda share: {"a": str(min(int(share * 10_000), 9_999))}, {"a": "0"}, 10_000)
+    places = _listed(axis)
+    assert places is not None
+    assert {int(10 * place) for place in places} == set(range(10))
