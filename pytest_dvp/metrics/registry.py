@@ -9,6 +9,7 @@ import importlib
 import math
 import pkgutil
 import traceback
+import weakref
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -22,11 +23,13 @@ from pytest_dvp.logs.log_contents import DetectionTable, FloatArray, ObjectTrack
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.obeyed_commands import divergence_time
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._once_a_log import once_a_log
 from pytest_dvp.metrics.metric import REQUIRED, Measured, Metric, MetricError, MetricValue
 
 ENTRY_POINTS = "pytest_dvp.metrics"
 Table = TypeVar("Table", ObjectTrack, DetectionTable)
+
+# By log: the columns and tracks that it had, and the log of views made of them
+_VIEWS: weakref.WeakKeyDictionary[Log, tuple[dict[str, Any], dict[str, Any], Log]] = weakref.WeakKeyDictionary()
 
 
 @functools.cache
@@ -103,13 +106,21 @@ def _is_number(value: object) -> bool:
 
 
 def _unwritable(log: Log) -> Log:
-    """The log as metrics see it: none can write a number of it, or put another column or track in the place of one."""
-    return _views(log, tuple((name, id(held)) for name, held in (*log.columns.items(), *log.objects.items())))
+    """The log as metrics see it: they cannot write its numbers, or replace its columns or tracks.
+
+    Made once for all metrics, and again when the owner of the log has replaced a column or a track.
+    """
+    kept = _VIEWS.get(log)
+    if kept is None or not (_same(kept[0], log.columns) and _same(kept[1], log.objects)):
+        kept = _VIEWS[log] = (dict(log.columns), dict(log.objects), _views(log))
+    return kept[2]
 
 
-@once_a_log
-def _views(log: Log, held: tuple[tuple[str, int], ...]) -> Log:
-    """Once for what a log has `held`: all metrics share it, until whoever owns the log puts another column in it."""
+def _same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    return one.keys() == other.keys() and all(one[name] is other[name] for name in one)
+
+
+def _views(log: Log) -> Log:
     return dataclasses.replace(
         log,
         columns=MappingProxyType({name: _locked(column) for name, column in log.columns.items()}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import re
 from collections.abc import Iterator
@@ -240,3 +241,16 @@ def test_a_metric_that_fails_costs_neither_the_run_nor_other_metrics(further: No
     assert re.fullmatch(r"the metric failed: IndexError: boom \(test_metric_registry\.py:\d+\)", failed.reason)
     assert registry.measured("number", log).reason == "metric 'number' gave float, expected Measured"
     assert registry.measured("held", log).valid
+
+
+def test_a_column_that_its_owner_replaces_is_the_one_that_is_judged() -> None:
+    """Also where Python gives the new one the place in memory of the old one."""
+    log = log_of()
+    columns, rows = log.columns, len(log.t)
+    assert isinstance(columns, dict)
+    whole = [np.full(2 * rows, float(k)) for k in range(30)]
+    for k in range(30):
+        del columns["v"]
+        gc.collect()
+        columns["v"] = whole[k][:rows]
+        assert registry._unwritable(log)["v"][0] == float(k)
