@@ -58,7 +58,7 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
             "show everywhere", severity="warning",
         )  # fmt: skip
         return motion
-    if place and against == "the positions" and not unit:
+    if place and against == "the positions":
         findings.add(
             "log.unit_suspect", file, None, "column x, y", f"x and y do not fit v: {place} stored as m",
             found=f"v = {ratio:.3g} * distance over time", allowed="0.8 to 1.25",

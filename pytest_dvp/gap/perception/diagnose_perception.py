@@ -170,7 +170,7 @@ def perceived_in(measured: Log) -> Perceived | None:
     found = _placed(f, 0.0)
     if found is None or int(found[0].seen.sum()) < _MATCHED * len(f.x):  # they may be later than the gate allows
         start = _best_start(f)
-        found = _placed(f, start) if start else found
+        found = (_placed(f, start) if start else None) or found
     return _Seen(f, *found).perceived() if found is not None else None
 
 

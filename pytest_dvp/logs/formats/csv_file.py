@@ -35,7 +35,9 @@ LOGIC = {"true": 1.0, "false": 0.0}
 _DECIMAL_COMMA = re.compile(rb'"[-+]?\d+,(\d{1,2}|\d{4,})"')
 RECOVER = "`dvp recover` writes the whole rows to a new file"
 _CLOCK = re.compile(r"\d:\d")  # of a time in words, which is no unit
-_COMMENT = re.compile(rb"(?m)^[ \t]*#(?!N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!).*$")  # and no error value of a sheet
+_COMMENT = re.compile(
+    rb"(?mi)^[ \t]*#(?!N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|SPILL!|CALC!).*$"
+)  # and no error value of a sheet
 _NUMBERS = "a number such as 1.5 or -2e-3; empty where nothing was measured"
 _TIMES = "a number, or a time such as 12:03:04.5, 2026-05-01T12:03:04.5+02:00 or 01.05.2026 12:03:04"
 _HEAD = 1 << 16  # bytes, and
