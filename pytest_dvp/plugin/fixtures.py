@@ -165,7 +165,7 @@ def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     if report.when == "setup" and report.passed:
         return
     told = item.stash.setdefault(TOLD_KEY, {})
-    expected = hasattr(report, "wasxfail")
+    expected = hasattr(report, "wasxfail") and not report.passed  # one that passes all the same has it, too
     changed = []
     for key, noted in item.stash.get(RESULTS_KEY, {}).items():
         if report.when == "teardown" and key in told and told[key][0] == noted.steps:
