@@ -5,7 +5,8 @@ of x and headings count clockwise. The same place on the road has the opposite y
 Lanes, s, t and offsets are those of the road in both.
 
 Source: CARLA's scenario runner, `OpenScenarioConfiguration._set_scenario_name` (the prefix) and
-`OpenScenarioParser.convert_position_to_transform` (y, dy and h change their sign in files without it).
+`OpenScenarioParser.convert_position_to_transform` (y, dy and h change their sign in files without it). That a bend to
+the left becomes one to the right follows from it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,14 @@ import dataclasses
 from typing import Any, Final, TypeVar
 
 from openscenario.model.kinds import Element
-from openscenario.model.positions import Orientation, RelativeObjectPosition, RelativeWorldPosition, WorldPosition
+from openscenario.model.positions import (
+    Clothoid,
+    ClothoidSplineSegment,
+    Orientation,
+    RelativeObjectPosition,
+    RelativeWorldPosition,
+    WorldPosition,
+)
 
 PREFIX: Final = "CARLA:"
 _MIRRORED: Final[dict[type[Element], tuple[str, ...]]] = {
@@ -22,6 +30,8 @@ _MIRRORED: Final[dict[type[Element], tuple[str, ...]]] = {
     RelativeWorldPosition: ("dy",),
     RelativeObjectPosition: ("dy",),
     Orientation: ("h",),
+    Clothoid: ("curvature", "curvature_prime"),
+    ClothoidSplineSegment: ("curvature_start", "curvature_end", "h_offset"),
 }
 _E = TypeVar("_E", bound=Element)
 

@@ -162,7 +162,7 @@ FOUND = """
 - **Criteria of CARLA's scenario runner** (`criteria_RunningStopTest` and the like in a stop trigger) are no
   conditions. They are never true here, with a warning (`condition.criterion`); gates judge a drive.
 - **Coordinates of CARLA.** A file whose description begins with `CARLA:` has its positions in CARLA's left-handed
-  coordinates, as CARLA's scenario runner reads it: `y`, `dy` and `h` change their sign, with a warning
+  coordinates, as CARLA's scenario runner reads it: `y`, `dy`, `h` and curvatures change their sign, with a warning
   (`position.left_handed`). Lanes, `s`, `t` and offsets stay as they are.
 - **CommonRoad XML** (2018b and 2020a) is taken where a scenario is: `dvp check`, `run` and `play X.xml`.
   Lanelets side by side become the lanes of one road, the bounds between them its lines; where lanelets of several roads

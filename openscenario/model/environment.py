@@ -9,7 +9,7 @@ from openscenario.model.entities import BoundingBox
 from openscenario.model.enums import CloudState, FractionalCloudCover, PrecipitationType, Wetness
 from openscenario.model.kinds import DateTime, Element, NonNegative, Radian, VisualRange, WindSpeed, xml
 
-HALF_TURN = 3.1416  # rad, as files round it
+HALF_TURN = 3.1416  # rad; pi rounded up, as files write it
 
 
 @dataclass(frozen=True, slots=True)

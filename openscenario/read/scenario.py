@@ -187,7 +187,7 @@ def _of_carla(
             "position.left_handed",
             header.at,
             "@description",
-            "taken for the left-handed coordinates of CARLA: y, dy and h of positions change their sign",
+            "taken for the left-handed coordinates of CARLA: y, dy and h of positions and curvatures change their sign",
             found=header.description,
             hint=f"without '{PREFIX}' the positions count as they are written",
         )

@@ -7,7 +7,7 @@ trajectory faster than the car) and errors of the interpreter as well:
 - beyond the DynamicConstraints of an action that moves it (SpeedProfileAction, LongitudinalDistanceAction along its
   way; LateralDistanceAction across its lane);
 - a jump of position, speed or heading without a teleport;
-- a way to the side: one that faces across its lane is kept on the lane by the default controller, and slides.
+- motion to the side: the default controller keeps an entity on its lane, so one that faces across the lane slides.
 
 The first step is left out: what acts at once at t = 0 says where and how a scenario begins.
 """

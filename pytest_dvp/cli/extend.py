@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 PLACE = 100  # in `dvp --help`
 
 _TOGETHER = (
-    "effects that are named are fitted one after another; from the values that a diagnosis found, all begin together: "
+    "effects that are named are fitted one after another; those of which a diagnosis tells values all begin together: "
     "dvp diagnose ... --json > D.json, then --from D.json beside --add"
 )
 

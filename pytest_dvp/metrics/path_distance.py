@@ -9,7 +9,7 @@ from pytest_dvp.logs.lost_fix import lost_fix
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
-LEAST = 0.5  # share of the drive that must lie beside the other one
+LEAST = 0.5  # share of the measured path that must lie beside the model's, and of its length; chosen
 STRIDE = 0.05  # m between two points of a line, so that a standing car is one point
 
 
@@ -19,7 +19,7 @@ def path_distance(model: Log, measured: Log) -> Measured:
 
     Timing does not count: a slower drive along the same line is no distance. A part in which the reference system had
     lost its fix (`position_sigma`) counts neither. Undefined if less than half of the measured path lies beside the
-    model's, or if it is less than half as long.
+    model's, or if the measured path is less than half as long as the model's.
     """
     from pytest_dvp.metrics._polyline import lateral_offsets
 

@@ -21,10 +21,11 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.tuning.iteration_plan import Drive
+from vehicle.messages import TICK
 
 EGO = (("ego x", "x"), ("ego y", "y"), ("steer", "steer"), ("velocity", "v"))
 OBJECTS = (("object x", "ahead"), ("object y", "left"))
-STEP, TICK = 0.01, 0.05  # s, of a log and of what the stack saw
+STEP = 0.01  # s, of a log
 SHARE = 0.5  # of the longest drive that all must share; chosen, as for two drives: one that ended early hides the rest
 LEAST = 1.0  # s in common below which a road user says nothing
 Course: TypeAlias = tuple[FloatArray, FloatArray]

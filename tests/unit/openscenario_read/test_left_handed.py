@@ -72,3 +72,11 @@ def test_what_is_written_again_is_not_turned_twice(spoil: Spoil, tmp_path: Path)
     again = read_scenario(tmp_path / "again.xosc")
     assert again == scenario
     assert position(again) == model.WorldPosition(x=9.0, y=-2.0, h=-0.5)
+
+
+def test_a_bend_to_the_left_becomes_one_to_the_right() -> None:
+    place = model.WorldPosition(x=1.0, y=2.0)
+    bend = model.Clothoid(curvature=0.1, curvature_prime=0.01, length=5.0, position=place)
+    found = right_handed(bend)
+    assert (found.curvature, found.curvature_prime, found.length) == (-0.1, -0.01, 5.0)
+    assert found.position == model.WorldPosition(x=1.0, y=-2.0)
