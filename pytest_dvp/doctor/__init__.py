@@ -3,5 +3,8 @@
 from pytest_dvp.doctor.checked_log import check_log, print_findings, read_checked_log
 from pytest_dvp.doctor.examine import examine
 from pytest_dvp.doctor.excitation import Excitation, excitation
+from pytest_dvp.doctor.spikes import without_spikes
 
-__all__ = ["Excitation", "check_log", "examine", "excitation", "print_findings", "read_checked_log"]
+__all__ = [
+    "Excitation", "check_log", "examine", "excitation", "print_findings", "read_checked_log", "without_spikes",
+]  # fmt: skip

@@ -14,6 +14,7 @@ from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
 from pytest_dvp.doctor.signs_and_axes import check_direction, check_turning
 from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_speed, check_wishes
+from pytest_dvp.doctor.spikes import check_spikes, without_spikes
 from pytest_dvp.doctor.time_base import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.table import findings_of
@@ -60,6 +61,9 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
         return findings.in_order()
     check_stamps(log, name, findings)
     check_missing(log, name, findings)
+    if not output:
+        check_spikes(log, name, findings)
+        log = without_spikes(log)  # so that no other check takes one for a jump or a unit
     before = len(findings.found)
     check_jumps(log, name, findings)
     check_lost_fix(log, name, findings)

@@ -18,11 +18,15 @@ from pytest_dvp.logs.read_log import read_log
 # What is truly there: stamps of reception in one Vicon recording; Genesis: ax is filtered (its README) and comes late;
 # Putnam: yaw_rate agrees with x, y, yaw, v and the steering only when moved by a third of a second, ax by 1.5 s.
 TRULY_THERE = {
-    "2025-04-04-15-23-12.csv": [("log.jitter", "column t")],
+    "2025-04-04-15-23-12.csv": [
+        ("log.jitter", "column t"),
+        ("log.spikes", "column yaw"),  # 0.230, 0.894, 0.387 rad in samples 10 ms apart, and three like it
+    ],
     "rfs_path1.csv": [("log.clock_offset", "column ax")],
     "rfs_path3.csv": [("log.clock_offset", "column ax")],
     # Its heading is off by 0.4 rad until it drives, and positions go where it does not point.
     "run4_2.csv": [
+        ("log.spikes", "column yaw"),  # -9.420, -8.865, -9.429 rad in samples 40 ms apart
         ("log.position_drift", "column x"),
         ("log.clock_offset", "column yaw_rate"),
         ("log.clock_offset", "column ax"),
