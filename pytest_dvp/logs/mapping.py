@@ -115,6 +115,8 @@ def read_mapping(path: Path) -> MappingFile:
             raise _bad(path, f"{signal.name}.frame", signal.frame, "flu, frd, ned")
         if signal.frame == "ned" and signal.name in ("x", "y"):
             raise _bad(path, f"{signal.name}.frame", "ned", "none; x takes the field of the east, y that of the north")
+        if signal.frame != "flu" and signal.unit in _FIXES:
+            raise _bad(path, f"{signal.name}.frame", signal.frame, "none; degrees of latitude and longitude have one")
         if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
             raise _bad(path, signal.name, "", "ratio and scale not 0, sign 1 or -1")
     unit = find_unit(log.get("time_unit", "s"))

@@ -90,3 +90,9 @@ def test_a_frame_that_says_nothing_of_x_is_refused(tmp_path: Path) -> None:
     entry = '[[signal]]\nname = "x"\nfield = "a"\nunit = "m"\nframe = "ned"\n'
     with pytest.raises(LogError, match=r"x\.frame: found 'ned', allowed: none; x takes the field of the east"):
         read(tmp_path, {"a": T}, entry)
+
+
+def test_a_frame_that_says_nothing_of_a_latitude_is_refused(tmp_path: Path) -> None:
+    entry = '[[signal]]\nname = "y"\nfield = "a"\nunit = "latitude"\nframe = "frd"\n'
+    with pytest.raises(LogError, match=r"y\.frame: found 'frd', allowed: none; degrees of latitude and longitude"):
+        read(tmp_path, {"a": 48.0 + 1e-5 * T}, entry)
