@@ -1,10 +1,10 @@
 """What is wrong with a log, and which effects it could ever reveal. Runs before any physics is fitted to it."""
 
 from pytest_dvp.doctor.checked_log import check_log, print_findings, read_checked_log
+from pytest_dvp.doctor.comparable_log import comparable
 from pytest_dvp.doctor.examine import examine
 from pytest_dvp.doctor.excitation import Excitation, excitation
-from pytest_dvp.doctor.spikes import without_spikes
 
 __all__ = [
-    "Excitation", "check_log", "examine", "excitation", "print_findings", "read_checked_log", "without_spikes",
+    "Excitation", "check_log", "comparable", "examine", "excitation", "print_findings", "read_checked_log",
 ]  # fmt: skip

@@ -8,22 +8,22 @@ from pathlib import Path
 from typing import Any
 
 from openscenario.findings import Finding
+from pytest_dvp.doctor.comparable_log import comparable
 from pytest_dvp.doctor.examine import examine
-from pytest_dvp.doctor.spikes import without_spikes
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 
 def read_checked_log(argument: str | Path, *, output: bool = False, **options: Any) -> tuple[Log, tuple[Finding, ...]]:
-    """A log without its spikes, and the warnings about it; `options` are those of read_log, `output` as of examine.
+    """What of a log can be compared, and its warnings; `options` are those of read_log, `output` as of examine.
 
     Raises LogError with all findings if one of them is an error: degrees taken for radians and the like, which a model
     would be bent to explain.
     """
     log = read_log(argument, **options)
     findings = check_log(log, file=str(argument), line=3, output=output)
-    return log if output else without_spikes(log), findings
+    return log if output else comparable(log), findings
 
 
 def check_log(log: Log, *, file: str = "", line: int | None = None, output: bool = False) -> tuple[Finding, ...]:

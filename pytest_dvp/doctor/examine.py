@@ -8,14 +8,16 @@ import numpy as np
 
 from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.angle_units import check_angles
+from pytest_dvp.doctor.comparable_log import comparable
 from pytest_dvp.doctor.missing_values import check_missing
 from pytest_dvp.doctor.position_drift import check_drift, check_lost_fix
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
 from pytest_dvp.doctor.signs_and_axes import check_direction, check_turning
 from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_speed, check_wishes
-from pytest_dvp.doctor.spikes import check_spikes, without_spikes
+from pytest_dvp.doctor.spikes import check_spikes
 from pytest_dvp.doctor.time_base import check_commands, check_jumps, check_offsets, check_rate, check_stamps
+from pytest_dvp.doctor.unheeded_commands import check_engaged, check_resting
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.table import findings_of
 
@@ -61,9 +63,10 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
         return findings.in_order()
     check_stamps(log, name, findings)
     check_missing(log, name, findings)
+    check_engaged(log, name, findings)
     if not output:
         check_spikes(log, name, findings)
-        log = without_spikes(log)  # so that no other check takes one for a jump or a unit
+    log = comparable(log) if not output else log  # no other check takes a spike for a jump, or a driver for a car
     before = len(findings.found)
     check_jumps(log, name, findings)
     check_lost_fix(log, name, findings)
@@ -81,6 +84,8 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
         check_sensors(log, motion, name, findings)
     check_acceleration(motion, name, findings)
     check_wishes(motion, name, findings)
+    if not output:
+        check_resting(log, motion, name, findings)
     check_turning(motion, name, findings)
     righted = _righted(motion, findings)
     check_offsets(righted, float(np.median(np.diff(log.t))), name, findings)

@@ -93,7 +93,7 @@ def _measured(
     log: Log | pd.DataFrame | str | Path, mapping: Path | None, msg_dirs: Sequence[Path]
 ) -> tuple[Log, tuple[Finding, ...]]:
     """The log that is meant, with the doctor's warnings if it was read here."""
-    from pytest_dvp.doctor import check_log, read_checked_log, without_spikes
+    from pytest_dvp.doctor import check_log, comparable, read_checked_log
     from pytest_dvp.logs.dataframe import frame_log
     from pytest_dvp.logs.log import Log
 
@@ -104,7 +104,7 @@ def _measured(
     if _is_frame(log):
         found = frame_log(log)
         warnings = check_log(found, file="DataFrame")
-        return without_spikes(found), warnings
+        return comparable(found), warnings
     raise TypeError(f"assert_matches: log is a {type(log).__name__}; allowed: a file's name, a Log, a pandas DataFrame")
 
 

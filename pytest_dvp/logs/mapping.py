@@ -47,6 +47,7 @@ class SignalMap:
             "ned" (as "frd", but yaw is a compass heading, clockwise from north; not for x and y, whose fields say it)
     time    "header", "receive" or the name of a field with the time [s]
     delay   [s] that the stamps come too late; taken off them
+    when    the signal is 1 where the field is one of these, else 0: a mode in which the car obeys its commands
     """
 
     name: str
@@ -60,6 +61,7 @@ class SignalMap:
     frame: str = "flu"
     time: str = ""
     delay: float = 0.0
+    when: tuple[float, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,7 +98,7 @@ def read_mapping(path: Path) -> MappingFile:
         "log.",
     )
     known: dict[str, type] = {
-        field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)
+        field.name: {"str": str, "float": float}.get(str(field.type), list) for field in dataclasses.fields(SignalMap)
     }
     signals = tuple(
         SignalMap(**_table(path, entry, known, f"signal[{i}].")) for i, entry in enumerate(head.get("signal", []))
@@ -158,6 +160,12 @@ def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[st
                 f"{path}: unknown key {prefix}{key}; allowed: {', '.join(known)}" + (f" ({hint})" if hint else ""),
                 "log.bad_mapping",
             )
+        if kind is list and prefix.startswith("signal"):
+            value = tuple(value) if isinstance(value, list) and all(map(_is_number, value)) else None
+            if not value:
+                raise _bad(path, prefix + key, str(raw[key]), "a list of numbers")
+            out[key] = value
+            continue
         if kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         if not isinstance(value, kind) or (isinstance(value, float) and not np.isfinite(value)):
@@ -166,6 +174,10 @@ def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[st
     if prefix.startswith("signal") and "name" not in out:
         raise LogError(f"{path}: {prefix[:-1]} has no name", "log.bad_mapping")
     return out
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: str, findings: Findings) -> Table:
@@ -339,6 +351,8 @@ def _values(
         raw = combined(way[0], _stamps(stream, signal, mapping), fields)
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
+        if signal.when:
+            return np.where(np.isfinite(raw), np.isin(raw, signal.when), np.nan)
         if signal.unit in _FIXES:
             return _metres(_degrees(stream, signal, mapping), stream, signal, mapping) / signal.ratio + signal.offset
         raw = _converted(raw, stream, signal, mapping)

@@ -52,6 +52,7 @@ _COMMANDS = (
     Signal("throttle_cmd", "-", "", "wanted throttle pedal, 0 to 1", keeps_value=True),
     Signal("brake_cmd", "-", "", "wanted brake pedal, 0 to 1", keeps_value=True),
     Signal("speed_cmd", "m/s", "body", "wanted speed", keeps_value=True),
+    Signal("engaged", "-", "", "1 while the car obeys its commands, 0 while somebody else drives", keeps_value=True),
 )
 _WORLD = (
     Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", keeps_value=True),

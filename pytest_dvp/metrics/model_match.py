@@ -62,13 +62,13 @@ def _measured(log: Log, model: str, signal: str, kind: str) -> Measured:
 @functools.lru_cache(maxsize=1)
 def _compared(log: Log, model: str, changed: int, size: int) -> Comparison:
     """The last comparison, as several bounds of one gate ask for it; `changed` and `size` tell a rewritten file."""
-    from pytest_dvp.doctor import check_log, without_spikes
+    from pytest_dvp.doctor import check_log, comparable
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import CompareError
     from pytest_dvp.gap.compare.model_loader import load_compared_model
 
     check_log(log)  # a wrong unit is no reality gap: LogError makes the verdict inconclusive
     try:
-        return compare(without_spikes(log), load_compared_model(model))
+        return compare(comparable(log), load_compared_model(model))
     except CompareError as error:
         raise Undefined(str(error)) from error

@@ -76,7 +76,7 @@ def compared(model: Log, measured: Log) -> Comparison:
 
     Raises Undefined if `model` holds no twin, or nothing can be compared.
     """
-    from pytest_dvp.doctor import check_log, without_spikes
+    from pytest_dvp.doctor import check_log, comparable
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import CompareError
     from vehicle.model.errors import ModelError
@@ -89,6 +89,6 @@ def compared(model: Log, measured: Log) -> Comparison:
     measured = with_obeyed_commands(measured)
     check_log(measured)  # a wrong unit is no reality gap
     try:
-        return compare(without_spikes(measured), parse_model(text))
+        return compare(comparable(measured), parse_model(text))
     except (CompareError, ModelError) as error:
         raise Undefined(str(error)) from error

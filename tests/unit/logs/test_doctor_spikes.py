@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from drives import Columns, drive, write_csv
 
-from pytest_dvp.doctor import examine, read_checked_log, without_spikes
-from pytest_dvp.doctor.spikes import spikes_of
+from pytest_dvp.doctor import examine, read_checked_log
+from pytest_dvp.doctor.spikes import spikes_of, without_spikes
 from pytest_dvp.logs.log import Log
 
 CODE = "log.spikes"

@@ -1,0 +1,96 @@
+"""Commands that the car did not obey: where the log says so, and where a command rests while the car turns."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from openscenario.findings import Findings
+from pytest_dvp.doctor.redundant_motion import Motion
+from pytest_dvp.logs.engagement import DRIVER, ENGAGED, STACK, driven_by_others
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+
+RESTS = 5.0  # s without any change of the steering command, at least; chosen: a bend and a straight
+SLOWEST = 2.0  # m/s, below which a curvature is mostly noise; chosen
+BENDS = 0.01  # 1/m of curvature that speed does not explain, root mean square: 0.025 rad at 2.5 m of wheelbase. Chosen
+MEAN = 1.0  # s of means, in which noise is gone
+
+
+def check_engaged(log: Log, file: str, findings: Findings) -> None:
+    """For how long somebody else drove, and values of `engaged` that are no answer."""
+    stated = log.columns.get(ENGAGED)
+    if stated is None or not np.isfinite(stated).any():
+        return
+    known = stated[np.isfinite(stated)]
+    if len(other := known[(known != STACK) & (known != DRIVER)]):
+        findings.add(
+            "log.bad_engaged", file, None, f"column {ENGAGED}", "1 says that the car obeys its commands, 0 that not",
+            found=f"{other[0]:.6g}", allowed="0, 1",
+            hint=f'a mode is told by a mapping: [[signal]] name = "{ENGAGED}", field = "FIELD", when = [1]',
+        )  # fmt: skip
+        return
+    others = driven_by_others(log)
+    if not others.any():
+        return
+    begin, end = _longest(log.t, others)
+    findings.add(
+        "log.not_engaged", file, None, f"column {ENGAGED}",
+        f"somebody else drives for {100 * float(np.mean(others)):.0f} % of the log, longest from t = {begin:.6g} to "
+        f"{end:.6g} s", severity="warning",
+        hint="commands are not known there: a model that they drive is compared with the rest",
+    )  # fmt: skip
+
+
+def check_resting(log: Log, motion: Motion, file: str, findings: Findings) -> None:
+    """A warning where `steer_cmd` stays for RESTS while the car goes through bends. Needs v and a yaw rate."""
+    command = log.columns.get("steer_cmd")
+    turn = next((motion.of[name] for name in ("yaw_rate", "turn", "path_turn") if name in motion.of), None)
+    if command is None or turn is None or not motion.has("v"):
+        return
+    known = np.isfinite(command)
+    t, values = log.t[known], command[known]
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    edges = np.concatenate([[0], changes, [len(values)]])
+    for first, after in itertools.pairwise(edges):
+        begin, end = t[first], t[after - 1]
+        if end - begin < RESTS:
+            continue
+        # The bend that the car is in when the command comes to rest is still its own.
+        inside = (motion.t >= begin + MEAN) & (motion.t <= end)
+        if _bends(motion.of["v"][inside], turn[inside], motion.step):
+            findings.add(
+                "log.resting_command", file, None, "column steer_cmd",
+                f"steer_cmd stays at {values[first]:.6g} from t = {begin:.6g} to {end:.6g} s while the car goes "
+                "through bends: somebody else steers",
+                hint=f"add a column `{ENGAGED} [-]` with 0 there, leave the commands empty, or cut the log; a model "
+                "that is driven by steer_cmd cannot follow",
+                severity="warning",
+            )  # fmt: skip
+            return
+
+
+def _bends(v: FloatArray, turn: FloatArray, step: float) -> bool:
+    """Whether a car of speed v [m/s] and yaw rate [rad/s] (n,) steers; with the wheel held, a car's curvature is a
+    constant and a part that goes with v^2 (understeer)."""
+    goes = np.abs(v) > SLOWEST
+    goes &= np.isfinite(turn) & np.isfinite(v)
+    if np.count_nonzero(goes) * step < 0.5 * RESTS:
+        return False
+    count = max(1, round(MEAN / step))
+    curvature = np.convolve(turn[goes] / v[goes], np.full(count, 1.0 / count), "valid")
+    speed = np.convolve(v[goes], np.full(count, 1.0 / count), "valid")
+    if len(curvature) < 4:
+        return False
+    held = np.column_stack([np.ones(len(speed)), speed**2])
+    rest = curvature - held @ np.linalg.lstsq(held, curvature, rcond=None)[0]
+    return float(np.sqrt(np.mean(rest**2))) > BENDS
+
+
+def _longest(t: FloatArray, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> tuple[float, float]:
+    """Start and end [s] of the longest stretch of rows (n,) that are true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
+    begins, ends = edges[::2], edges[1::2] - 1
+    longest = int(np.argmax(t[ends] - t[begins]))
+    return float(t[begins[longest]]), float(t[ends[longest]])

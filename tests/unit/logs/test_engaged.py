@@ -1,0 +1,103 @@
+"""Who drives: what the car did not obey is no command of it, and a command that rests while the car steers is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drives import Columns, drive, write_csv
+
+from pytest_dvp.doctor import comparable, examine, read_checked_log
+from pytest_dvp.logs.engagement import driven_by_others
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.read_log import read_log
+from tests.truth.generate import make_log
+
+COMMANDS = ("steer_cmd", "accel_cmd")
+
+
+@pytest.fixture
+def by_hand() -> Columns:
+    """From 20 to 35 s somebody else drives and the stack stands by."""
+    columns = drive(60.0)
+    hands = (columns["t"] >= 20.0) & (columns["t"] < 35.0)
+    for name in COMMANDS:
+        columns[name][hands] = 0.0
+    return {**columns, "engaged": np.where(hands, 0.0, 1.0)}
+
+
+def test_commands_that_were_not_obeyed_are_not_known_and_the_motion_is(by_hand: Columns) -> None:
+    found = comparable(Log(columns=by_hand)).columns
+    hands = by_hand["engaged"] == 0.0
+    for name in COMMANDS:
+        assert np.array_equal(np.isnan(found[name]), hands)
+        assert np.array_equal(found[name][~hands], by_hand[name][~hands])
+    assert np.array_equal(found["v"], by_hand["v"])
+
+
+def test_a_state_holds_until_the_next_and_before_the_first_one_nobody_is_known_to_obey() -> None:
+    engaged = np.array([np.nan, 1.0, np.nan, 0.0, np.nan, np.nan, 1.0])
+    log = Log(columns={"t": np.arange(7.0), "engaged": engaged})
+    assert driven_by_others(log).tolist() == [True, False, False, True, True, True, False]
+    assert not driven_by_others(Log(columns={"t": np.arange(7.0)})).any()
+
+
+def test_the_doctor_says_for_how_long(by_hand: Columns) -> None:
+    (told,) = examine(Log(columns=by_hand))
+    assert (told.code, told.severity) == ("log.not_engaged", "warning")
+    assert "for 25 % of the log, longest from t = 20 to 34.98 s" in told.message
+
+
+def test_without_the_column_the_resting_command_is_told(by_hand: Columns) -> None:
+    del by_hand["engaged"]
+    (told,) = [each for each in examine(Log(columns=by_hand)) if each.code == "log.resting_command"]
+    assert "steer_cmd stays at 0 from t = 20" in told.message
+
+
+@pytest.mark.parametrize("rate", [10.0, 50.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_car_that_obeys_has_no_resting_command(seed: int, rate: float) -> None:
+    columns = drive(60.0, seed=seed, rate=rate)
+    columns["steer_cmd"] = np.round(columns["steer_cmd"], 2)  # a coarse command rests often
+    assert not [each for each in examine(Log(columns=columns)) if each.code == "log.resting_command"]
+
+
+def test_a_held_wheel_on_a_circle_is_no_driver() -> None:
+    columns = make_log({"understeer": {"K": 0.004}}, "rich", 3)
+    v = np.linspace(3.0, 20.0, len(columns["t"]))  # a circle, ever faster: the curvature falls with the speed
+    turn = v * 0.2 / (2.5 + 0.01 * v**2)
+    yaw = np.cumsum(turn) * 0.02
+    rng = np.random.default_rng(1)
+    circle = {
+        "t": columns["t"], "steer_cmd": np.full(len(v), 0.2), "accel_cmd": np.full(len(v), 0.15),
+        "v": v + rng.normal(0.0, 0.03, len(v)), "yaw_rate": turn + rng.normal(0.0, 0.005, len(v)), "yaw": yaw,
+        "x": np.cumsum(v * np.cos(yaw)) * 0.02, "y": np.cumsum(v * np.sin(yaw)) * 0.02,
+    }  # fmt: skip
+    assert not [each for each in examine(Log(columns=circle)) if each.code == "log.resting_command"]
+
+
+def test_a_mode_is_no_answer_and_a_mapping_makes_it_one(by_hand: Columns, tmp_path: Path) -> None:
+    mode = np.where(by_hand.pop("engaged") == 1.0, 1.0, 4.0)  # as Autoware counts: autonomous, manual
+    (told,) = examine(Log(columns={**by_hand, "engaged": mode}))[:1]
+    assert (told.code, told.severity) == ("log.bad_engaged", "error")
+    file = write_csv(tmp_path / "log.csv", by_hand)
+    lines = file.read_text("utf-8").splitlines()
+    written = [f"{lines[0]},mode", *(f"{line},{value:g}" for line, value in zip(lines[1:], mode, strict=True))]
+    file.write_text("\n".join(written) + "\n", encoding="utf-8")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[[signal]]\nname = "engaged"\nfield = "mode"\nwhen = [1]\n', encoding="utf-8")
+    assert np.array_equal(driven_by_others(read_log(file, mapping=mapping)), mode == 4.0)
+    log, findings = read_checked_log(file, mapping=mapping)
+    assert [each.code for each in findings] == ["log.not_engaged"]
+    assert np.array_equal(np.isnan(log.columns["steer_cmd"]), mode == 4.0)
+
+
+@pytest.mark.parametrize("when", ["[]", "1", '["manual"]', "[true]"])
+def test_modes_are_a_list_of_numbers(by_hand: Columns, tmp_path: Path, when: str) -> None:
+    file = write_csv(tmp_path / "log.csv", {n: c for n, c in by_hand.items() if n != "engaged"})
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(f'[[signal]]\nname = "engaged"\nfield = "v"\nwhen = {when}\n', encoding="utf-8")
+    with pytest.raises(LogError, match=r"signal\[0\]\.when: found .*, allowed: a list of numbers"):
+        read_log(file, mapping=mapping)
