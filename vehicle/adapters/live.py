@@ -19,7 +19,15 @@ import numpy as np
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.process import CarProcess, DriveByWireProcess, told_of
 from vehicle.adapters.ros2 import CALL, CAN, Ros2Vehicle
-from vehicle.messages import Command, FloatArray, Observation, Odometry, Surroundings, VehicleDescription, VehicleState
+from vehicle.messages import (
+    Command,
+    FloatArray,
+    Observation,
+    Odometry,
+    Surroundings,
+    VehicleDescription,
+    VehicleState,
+)
 from vehicle.wire import convert, topics
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.live import LiveEnd, Ping
@@ -221,6 +229,13 @@ class LiveCar(Ros2Vehicle):
         unread = set() if self._by_wire is None else {topics.FEEDBACK}
         return super()._expected() | {topic.name for topic in self._spoke & set(topics.SENSED) - unread}
 
+    def _needed(self) -> set[topics.Topic] | None:
+        """Topics without which there is no car; None: all of them. A real one need not have the others."""
+        if not self._real:
+            return None
+        needed = {topics.STEP, topics.DONE, topics.DESCRIPTION, topics.ODOMETRY}
+        return needed if self._by_wire is not None else needed | {topics.COMMAND, topics.FEEDBACK}
+
     def _live(self) -> LiveEnd:
         end = self._wire()
         assert isinstance(end, LiveEnd)
@@ -261,7 +276,7 @@ class LiveCar(Ros2Vehicle):
     def _call(self, ready: float) -> VehicleDescription:
         end, deadline = self._live(), time.monotonic() + ready
         while time.monotonic() < deadline:
-            if end.matched():
+            if end.matched(self._needed()):
                 end.say(0, time.monotonic_ns())
             end.receive_until(time.monotonic_ns() + round(CALL * convert.SECOND))
             said = end.take(topics.DESCRIPTION)

@@ -39,7 +39,7 @@ class HandEnd(LiveEnd):
         self.kept: dict[topics.Topic, list[Any]] = defaultdict(list)
         self.kept[topics.DESCRIPTION] = [ros.String(msgspec.json.encode(SHEET).decode())]
 
-    def matched(self) -> bool:
+    def matched(self, needed: object = None) -> bool:
         return True
 
     def step(self, number: int, stamp: int) -> None:
