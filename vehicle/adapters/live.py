@@ -22,6 +22,7 @@ from vehicle.adapters.ros2 import CALL, CAN, Ros2Vehicle
 from vehicle.messages import (
     Command,
     FloatArray,
+    Imu,
     Observation,
     Odometry,
     Surroundings,
@@ -172,7 +173,7 @@ class LiveCar(Ros2Vehicle):
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
         self._yaw, self._sigma = state.yaw, nan
-        self._steers = [Odometry(state.t, state.v, state.steer)]
+        self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked, self._wheels):
             before.clear()
         self._health.reset(self._expected())
@@ -205,6 +206,9 @@ class LiveCar(Ros2Vehicle):
         self._told = last
         self._raw = known[max(np.searchsorted(known[:, 0], self._state.t + GRID * last, side="right") - 1, 0) :]
         return np.column_stack([grid, *(np.interp(grid, known[:, 0], known[:, k]) for k in range(1, 12))])
+
+    def _stamp(self) -> int:
+        return time.monotonic_ns() + self.punctuality.offset
 
     def _clock(self) -> float:
         """The wall clock's: a step may end late."""

@@ -76,7 +76,7 @@ class Ros2Vehicle:
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
         self._headings: dict[float, convert.Heading] = {}
-        self._forces: dict[float, Imu] = {}
+        self._forces: deque[Imu] = deque()  # felt after the newest row of motion
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
         self._record, self._health = record, Health(record)
@@ -115,7 +115,7 @@ class Ros2Vehicle:
         self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
-        self._steers = [Odometry(state.t, state.v, state.steer)]
+        self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked):
             before.clear()
         self._health.reset(self._expected())
@@ -137,7 +137,7 @@ class Ros2Vehicle:
         if self._by_wire is not None:
             self._by_wire.apply(command)
         else:
-            self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
+            self._send(topics.COMMAND, convert.command_to_ros(command, self._stamp()))
         self._asked.append(command.accel)
 
     def step(self, dt: float) -> FloatArray:
@@ -236,6 +236,10 @@ class Ros2Vehicle:
         """What any car must say: its motion, speed and steering angle."""
         return {topics.ODOMETRY.name, topics.FEEDBACK.name if self._by_wire is None else CAN}
 
+    def _stamp(self) -> int:
+        """Now [ns] on the car's clock."""
+        return self._now
+
     def _clock(self) -> float:
         """Time [s] at which what comes now is said to come."""
         return self._now / convert.SECOND
@@ -287,19 +291,19 @@ class Ros2Vehicle:
         return convert.feedback_from_ros(message)
 
     def _rows(self) -> FloatArray:
-        """Reference motion that has come, with the force felt then and the steering angle reported last before."""
+        """Reference motion that has come, with the force felt and the steering angle reported last before."""
         self._take_feedback()
-        self._forces |= {felt.t: felt for felt in self._sound(topics.REFERENCE_IMU, convert.imu_from_ros)}
+        self._forces.extend(self._sound(topics.REFERENCE_IMU, convert.imu_from_ros))
         motions = self._sound(topics.ODOMETRY, convert.state_from_ros)
         rows = np.zeros((len(motions), 12))
         for row, now in zip(rows, motions, strict=True):
             self._yaw = convert.unwrapped(now.yaw, self._yaw)
             while len(self._steers) > 1 and self._steers[1].t <= now.t + 1e-9:
                 self._steers.pop(0)
-            self._force = self._forces.pop(now.t, self._force)
+            while self._forces and self._forces[0].t <= now.t + 1e-9:
+                self._force = self._forces.popleft()
             felt, steer = self._force, self._steers[0].steer
             row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, felt.ax, felt.ay, steer
         if motions:
             self._sigma = motions[-1].position_sigma or nan
-            self._forces = {t: felt for t, felt in self._forces.items() if t > motions[-1].t}
         return rows

@@ -89,3 +89,19 @@ def drive(car: Ros2Car) -> FloatArray:
 def test_a_car_without_some_topics_is_found_and_tells_its_motion(both: tuple[Ros2Car, SmallCar]) -> None:
     rows = drive(both[0])
     assert rows[-5:, 1:3] == pytest.approx(np.tile([30.0, 5.0], (5, 1)))
+
+
+def test_what_was_felt_last_counts_whatever_its_stamp(both: tuple[Ros2Car, SmallCar]) -> None:
+    """Units with stamps of their own are no reason to take a car for one that feels nothing."""
+    rows = drive(both[0])
+    assert rows[-5:, 9:11] == pytest.approx(np.tile([1.5, -0.7], (5, 1)))
+
+
+def test_commands_are_stamped_on_the_clock_of_the_car(both: tuple[Ros2Car, SmallCar]) -> None:
+    """A car that refuses old commands by their stamp refused them all."""
+    car, small = both
+    before, begin = len(small.stamps), small.clock()
+    drive(car)
+    assert small.stamps[before:]
+    for stamp in small.stamps[before:]:
+        assert begin < stamp < small.clock()
