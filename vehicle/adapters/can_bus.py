@@ -10,12 +10,12 @@ from collections.abc import Callable
 
 from vehicle.adapter import STALE, Hands, VehicleLost
 from vehicle.messages import Command, Odometry
-from vehicle.wire.can_codec import Codec
+from vehicle.wire.can_codec import Codec, sent_range
 from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.health import Trouble
 
-BEATS = 256  # the heartbeat counts to this
+BEATS = 256  # the heartbeat counts to this, or to what its signal can hold
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
 GRANTED_LIVE = 300_000_000  # ns, by the wall clock
 SILENT = 150_000_000  # ns of wall time without a valid report after which a car is lost that was commanded
@@ -37,6 +37,7 @@ class CanActuators:
         self._codec = Codec(car, sends="command")
         self._link = Link(_opened(address), self._codec.sends, alive, steps=True)
         self._beat = 0
+        self._beats = _beats(car)
         self._troubles: list[Trouble] = []
         self.reset()
 
@@ -72,10 +73,10 @@ class CanActuators:
         if command is None:
             return
         self._since = now if self._since is None else self._since
-        self._beat = (self._beat + 1) % BEATS
+        self._beat = (self._beat + 1) % len(self._beats)
         values = {
             "steer": command.steer, "accel": command.accel, "throttle": command.throttle, "brake": command.brake,
-            "heartbeat": float(self._beat), "mode": float(self._map.mode.get("automatic", 1)),
+            "heartbeat": self._beats[self._beat], "mode": float(self._map.mode.get("automatic", 1)),
         }  # fmt: skip
         try:
             for frame in self._codec.frames(values, automatic=True):
@@ -158,6 +159,18 @@ class CanActuators:
         mode = self._mode if self._fresh("mode") else ""
         if mode != "automatic" and now - self._since >= granted:
             raise VehicleLost(f"the car's drive-by-wire is in mode {mode or 'unknown'}, asked for was automatic")
+
+
+def _beats(car: SignalMap) -> tuple[float, ...]:
+    """Values of the heartbeat, one after the other, from the least one on that is not negative."""
+    place = car.command.get("heartbeat")
+    if place is None:
+        return tuple(map(float, range(BEATS)))
+    signal = car.database.get_message_by_name(place.message).get_signal_by_name(place.signal)
+    low, high = sent_range(signal)
+    first, apart = max(low, 0.0), abs(signal.scale)
+    count = min(BEATS, int((high - first) / apart + 1e-9) + 1)
+    return tuple((first + k * apart) * place.factor for k in range(max(count, 1)))
 
 
 def _opened(address: str) -> object:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -79,6 +80,22 @@ def test_automatic_is_granted_with_the_first_beat_and_command(pair: Pair) -> Non
     assert command is not None
     assert (command.steer, command.throttle, command.brake) == pytest.approx((0.1, 0.3, 0.0), abs=5e-5)
     assert pair.unit.mode == "automatic"
+
+
+def test_a_heartbeat_of_four_bits_does_not_stand_still(tmp_path: Path) -> None:
+    """It begins again after 15: at its signal's end a heart that counts on has stopped."""
+    ours = find_map()
+    (tmp_path / "car.dbc").write_text(ours.dbc.read_text().replace("BEAT : 16|16@1+", "BEAT : 16|4@1+"))
+    (tmp_path / "car.toml").write_text(ours.file.read_text())
+    spy = open_bus("virtual:heart")
+    harness = CanActuators("virtual:heart", find_map(tmp_path / "car.dbc"), lambda: None, timeout=0.2)
+    harness.apply(asked())
+    for k in range(40):
+        harness.cycle(k * CYCLE)
+    harness.close()
+    beats = [message.data[2] & 15 for message in iter(lambda: spy.recv(0.0), None) if message.arbitration_id == 260]
+    spy.shutdown()
+    assert beats == [k % 16 for k in range(1, 41)]
 
 
 def test_reports_carry_the_time_they_were_measured_at(pair: Pair) -> None:
