@@ -27,8 +27,9 @@ class CanActuators:
     """The harness's end of CAN bus `address`, with the messages of `car`.
 
     Nothing is sent before the first command: a dry run leaves the bus alone. From then on every cycle sends all
-    commands, asks for automatic mode and beats. Time [ns] is simulated, in lock-step with the surrogate (`stepped`), or
-    that of a run by the wall clock (`listen`).
+    commands, asks for automatic mode and beats. Once a driver has taken over it asks for manual mode, until `reset`.
+    Time [ns] is simulated, in lock-step with the surrogate (`stepped`), or that of a run by the wall clock
+    (`listen`).
     `alive` raises VehicleLost if the car is known to be gone.
     """
 
@@ -45,6 +46,7 @@ class CanActuators:
         """Ask for nothing any more; forget what was measured."""
         self._command: Command | None = None
         self._since: int | None = None
+        self._taken = False  # by the driver, since the first command
         self._now = 0
         self._listens: int | None = None  # since when [ns]
         self._last = 0
@@ -74,12 +76,13 @@ class CanActuators:
             return
         self._since = now if self._since is None else self._since
         self._beat = (self._beat + 1) % len(self._beats)
+        mode = float(self._map.mode.get("manual", 0) if self._taken else self._map.mode.get("automatic", 1))
         values = {
             "steer": command.steer, "accel": command.accel, "throttle": command.throttle, "brake": command.brake,
-            "heartbeat": self._beats[self._beat], "mode": float(self._map.mode.get("automatic", 1)),
+            "heartbeat": self._beats[self._beat], "mode": mode,
         }  # fmt: skip
         try:
-            for frame in self._codec.frames(values, automatic=True):
+            for frame in self._codec.frames(values, automatic=not self._taken):
                 self._link.send(frame)
         except BusError as error:
             raise VehicleLost(str(error)) from None
@@ -154,7 +157,8 @@ class CanActuators:
 
     def _check_mode(self, now: int, granted: int) -> None:
         """Raise VehicleLost if the car does not obey and no driver's hand is the reason."""
-        if self._since is None or "mode" not in self._map.report or any(self.hands):
+        self._taken = self._taken or (self._since is not None and self.hands.override)
+        if self._since is None or "mode" not in self._map.report or self._taken or any(self.hands):
             return
         mode = self._mode if self._fresh("mode") else ""
         if mode != "automatic" and now - self._since >= granted:

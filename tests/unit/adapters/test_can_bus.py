@@ -329,6 +329,28 @@ def without(pair: Pair, frame_id: int, monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+def test_a_driver_who_takes_over_keeps_the_car_when_he_lets_go(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody asks for automatic mode again, and that the car is in manual mode is no reason to call it lost."""
+    frames, override = pair.unit._codec.frames, {"override": 1.0}
+    monkeypatch.setattr(pair.unit._codec, "frames", lambda values, **more: frames(values | override, **more))
+    pair.harness.apply(asked())
+    spy = open_bus("virtual:test_a_driver_who_takes_over_keeps_the_car_when_he_lets_go")
+    for _ in range(3):
+        pair.cycle()
+    override["override"] = 0.0
+    for _ in range(10):
+        pair.cycle()
+    assert (pair.unit.mode, pair.harness.hands) == ("manual", Hands(False, False))
+    modes = [message.data[2] & 3 for message in iter(lambda: spy.recv(0.0), None) if message.arbitration_id == 259]
+    spy.shutdown()
+    assert modes == [1] + [0] * 12
+    pair.unit.reset()
+    pair.harness.reset()
+    pair.harness.apply(asked())
+    pair.cycle()
+    assert pair.unit.mode == "automatic"
+
+
 def test_hands_that_are_reported_no_longer_are_the_drivers_after_200_ms(
     pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
