@@ -248,8 +248,14 @@ def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[C
         drive(keys, vehicle="toy", require_real=True)
 
 
-def test_a_car_of_ones_own_tells_of_its_messages_too(told: list[Command], keys: dict[str, Path]) -> None:
+@pytest.mark.parametrize("t", [0.5, pytest.param(0.95, id="in the last step")])
+def test_a_car_of_ones_own_tells_of_its_messages_too(
+    told: list[Command], keys: dict[str, Path], monkeypatch: pytest.MonkeyPatch, t: float
+) -> None:
     """No run with a fault on the wire passes, whoever judges the messages."""
+    import mycar_for_tests
+
+    monkeypatch.setattr(mycar_for_tests.Noisy, "AT", t)
     result = drive(keys, vehicle="noisy", with_keys=False)
     assert [(event.element, event.text) for event in result.log.events if event.kind == "wire"] == [
         ("/gnss/fix", "lost 1 messages")
