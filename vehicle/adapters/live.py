@@ -31,6 +31,7 @@ from vehicle.messages import (
 )
 from vehicle.wire import convert, topics
 from vehicle.wire.can_map import SignalMap
+from vehicle.wire.health import finite
 from vehicle.wire.live import LiveEnd, Ping
 
 SILENT = 0.15  # s without a message after which the car is lost
@@ -105,11 +106,18 @@ class LiveCar(Ros2Vehicle):
         self._spoke |= self._discard()
 
     def _placed_by_hand(self, state: VehicleState) -> VehicleState:
-        """A car cannot be put anywhere: how it stands. Raises VehicleLost if that is not about where it is to begin."""
+        """A car cannot be put anywhere: how it stands.
+
+        Raises VehicleLost if it does not know, or if that is not about where it is to begin.
+        """
         said = self._wire().take(topics.ODOMETRY)
         if not said:
             raise VehicleLost(f"the car does not say where it is: nothing on {topics.ODOMETRY.name}")
         there = convert.state_from_ros(said[-1])
+        if not finite(there):
+            raise VehicleLost(
+                f"the car does not say where it is: {topics.ODOMETRY.name} holds what is no finite number"
+            )
         away, turned = hypot(there.x - state.x, there.y - state.y), convert.unwrapped(there.yaw, state.yaw) - state.yaw
         if away > NEAR or abs(turned) > TURNED:
             raise VehicleLost(
@@ -129,6 +137,8 @@ class LiveCar(Ros2Vehicle):
         if not said:
             where = topics.FEEDBACK.name if self._by_wire is None else CAN
             raise VehicleLost(f"the car does not say how it steers: nothing on {where}")
+        if not finite(said[-1]):
+            raise VehicleLost("the car does not say how it steers: its report holds what is no finite number")
         return said[-1].steer
 
     def observe(self, surroundings: Surroundings) -> Observation:

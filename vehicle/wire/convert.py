@@ -5,7 +5,7 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 
 from __future__ import annotations
 
-from math import atan2, cos, isnan, pi, sin, sqrt
+from math import atan2, cos, inf, isnan, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,14 +113,16 @@ def state_to_ros(state: VehicleState, ns: int) -> Any:
 def state_from_ros(message: Any) -> VehicleState:
     """Pose and velocity; ax, ay and steer, which the message lacks, are 0.
 
-    Of the covariance the greater one of x and y counts; -1, by which some drivers say that they do not know, is 0.
+    Of the covariance the greater one of x and y counts; -1, NaN or infinity, by which drivers say that they do not
+    know, is 0.
     """
     place, twist = message.pose.pose, message.twist.twist
-    spread = message.pose.covariance
+    spread = [message.pose.covariance[at] for at in (_XX, _YY)]
+    variance = max(spread) if all(0.0 <= each < inf for each in spread) else 0.0
     return VehicleState(
         t=seconds(message.header), x=place.position.x, y=place.position.y, z=place.position.z,
         yaw=yaw_of(place.orientation), v=twist.linear.x, vx=twist.linear.x, vy=twist.linear.y,
-        yaw_rate=twist.angular.z, position_sigma=sqrt(max(spread[_XX], spread[_YY], 0.0)),
+        yaw_rate=twist.angular.z, position_sigma=sqrt(variance),
     )  # fmt: skip
 
 

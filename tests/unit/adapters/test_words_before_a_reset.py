@@ -134,6 +134,30 @@ def test_a_topic_that_spoke_before_the_reset_only_has_said_nothing(topic: topics
         car.reset(STATE)
 
 
+@pytest.mark.parametrize(
+    ("topic", "says"),
+    [
+        (topics.FEEDBACK, r"^the car does not say how it steers: its report holds what is no finite number$"),
+        (topics.ODOMETRY, r"^the car does not say where it is: /vehicle/odom holds what is no finite number$"),
+    ],
+)
+def test_a_car_that_does_not_know_yet_is_not_driven(topic: topics.Topic, says: str) -> None:
+    """NaN, as reference systems send it until they are aligned."""
+    nan = float("nan")
+    said = {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, FIRST), 0),
+    }
+    said[topic] = {
+        topics.ODOMETRY: convert.state_to_ros(VehicleState(t=0.0, x=nan, y=nan, yaw=nan, v=0.0), 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, nan), 0),
+    }[topic]
+    car, end = real_car()
+    end.says = lambda: dict(said)
+    with pytest.raises(VehicleLost, match=says):
+        car.reset(STATE)
+
+
 def test_hands_that_spoke_before_the_reset_only_are_the_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     said = {
         topics.ODOMETRY: convert.state_to_ros(STATE, 0),

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from vehicle.messages import GnssFix
+from vehicle.messages import GnssFix, VehicleState
 from vehicle.wire import convert
 from vehicle.wire.health import Health, Trouble
 
@@ -56,3 +56,13 @@ def test_rows_of_a_cloud_may_be_filled_up() -> None:
     cloud.height, cloud.width, cloud.row_step = 2, 2, 32
     cloud.data = b"".join(data[24 * row : 24 * row + 24] + b"\xff" * 8 for row in range(2))
     assert convert.points_from_ros(cloud).points.tolist() == points.tolist()
+
+
+@pytest.mark.parametrize("variance", [math.nan, math.inf, -1.0])
+@pytest.mark.parametrize("place", [0, 7])
+def test_a_pose_whose_accuracy_is_not_known_is_a_pose(variance: float, place: int) -> None:
+    pose = convert.state_to_ros(VehicleState(t=0.0, x=3.0, y=4.0, yaw=0.0, v=0.0, position_sigma=0.5), NS)
+    assert convert.state_from_ros(pose).position_sigma == 0.5
+    pose.pose.covariance[place] = variance
+    state = sifted(convert.state_from_ros(pose))
+    assert (state.x, state.y, state.position_sigma) == (3.0, 4.0, 0.0)
