@@ -182,7 +182,7 @@ class LiveCar(Ros2Vehicle):
         self._epoch = time.monotonic_ns() - self._now
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
-        self._yaw, self._sigma = state.yaw, nan
+        self._yaw, self._sigma, self._there = state.yaw, nan, None
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked, self._wheels):
             before.clear()

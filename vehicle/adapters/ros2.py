@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import nan
+from math import hypot, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -38,6 +38,7 @@ M = TypeVar("M")
 CALL = 0.2  # s between two calls to a car that does not answer yet
 STEP_TIMEOUT = 20.0  # s of wall time that a car has for one step
 CAN = "CAN"  # what its reports are called where topics have their names
+ELSEWHERE = 100.0  # m between a fix and the car's own pose, which no error explains: another origin; chosen
 ECHO = 10  # commands, 0.2 s: a car that obeys none of them obeys nobody
 
 
@@ -73,6 +74,7 @@ class Ros2Vehicle:
         self._real, self._timeout, self._by_wire = is_real, timeout, by_wire
         self._number, self._now, self._lost = 0, 0, False
         self._yaw, self._sigma = 0.0, nan
+        self._there: tuple[float, float] | None = None  # x, y [m] of the newest row of motion
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
         self._headings: dict[float, convert.Heading] = {}
@@ -115,6 +117,7 @@ class Ros2Vehicle:
         self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
+        self._there = None
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked):
             before.clear()
@@ -260,7 +263,7 @@ class Ros2Vehicle:
         self._headings |= {heading.t: heading for heading in headings}
         fixes = []
         for fix in self._sound(topics.FIX, convert.fix_from_ros):
-            if isinstance(fix, convert.NoFix):
+            if isinstance(fix, convert.NoFix) or self._is_elsewhere(fix):
                 continue
             heading = self._headings.pop(fix.t, None)
             if heading is not None:
@@ -269,6 +272,13 @@ class Ros2Vehicle:
         if fixes:
             self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
         return tuple(fixes)
+
+    def _is_elsewhere(self, fix: GnssFix) -> bool:
+        """Whether a fix is far from where the car says that it is; then it is told."""
+        away = 0.0 if self._there is None else hypot(fix.x - self._there[0], fix.y - self._there[1])
+        if away > ELSEWHERE:
+            self._record(Trouble(self._clock(), topics.FIX.name, "elsewhere", away))
+        return away > ELSEWHERE
 
     def _take_feedback(self) -> None:
         if self._by_wire is not None:
@@ -305,5 +315,6 @@ class Ros2Vehicle:
             felt, steer = self._force, self._steers[0].steer
             row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, felt.ax, felt.ay, steer
         if motions:
+            self._there = motions[-1].x, motions[-1].y
             self._sigma = motions[-1].position_sigma or nan
         return rows

@@ -197,3 +197,31 @@ def test_a_receiver_without_a_fix_is_no_fault_and_gives_no_place() -> None:
         seen += car._observed().gnss
     assert troubles == []
     assert [round(10.0 * fix.t) for fix in seen] == [*range(20), *range(50, 60)]
+
+
+def test_a_fix_far_from_where_the_car_says_it_is_is_kept_back_and_named() -> None:
+    """Of a car in Munich whose map has its origin there: the fix comes out 1,400 km from its pose."""
+    troubles: list[Any] = []
+    car, end = real_car(record=troubles.append)
+    end.says = lambda: {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
+    }
+    car.reset(STATE)
+    car._begin()
+    end.kept[topics.ODOMETRY].append(convert.state_to_ros(STATE, 0))
+    car._rows()
+    place, _ = convert.fix_to_ros(convert.GnssFix(0.0, 0.0, 0.0, 0.02), 0)
+    place.latitude, place.longitude = 48.137, 11.575
+    end.kept[topics.FIX].append(place)
+    assert car._observed().gnss == ()
+    (elsewhere,) = troubles
+    assert (elsewhere.topic, str(elsewhere)) == ("/gnss/fix", "elsewhere 1.44e+06 m")
+    place.latitude, place.longitude = 40.5127, -3.348
+    place.header.stamp = convert.stamp(200_000_000)
+    end.kept[topics.FIX].append(place)
+    car._now = 200_000_000
+    car._health.reset()
+    car._begun = False
+    (fix,) = car._observed().gnss
+    assert (fix.x, fix.y) == pytest.approx((0.0, 77.8), abs=0.1)
