@@ -149,9 +149,10 @@ class Node:
             for k, each in enumerate(ask["reads"])
         ]
 
-    def matched(self) -> bool:
-        """Whether each topic has found its other end."""
-        return all(topic.get_num_connections() > 0 for topic in self._out + self._in)
+    def matched(self, wanted: List[int]) -> bool:
+        """Whether each of these topics, those written first, has found its other end."""
+        every = self._out + self._in
+        return all(every[k].get_num_connections() > 0 for k in wanted)
 
     def publish(self, topic: int, body: bytes) -> None:
         """Put the bytes of a message on topic number `topic`."""
@@ -202,7 +203,7 @@ def serve(wire: Wire) -> None:
             if ask["do"] == "open":
                 node.open(ask)
             elif ask["do"] == "matched":
-                value = node.matched()
+                value = node.matched(ask["of"])
             else:
                 value = objects.do(ask)
         except Exception as error:  # of a module that may raise anything: the asker's to judge

@@ -138,6 +138,7 @@ class Loop:
             before = around
             ending = self._ending(t, state, ticks * TICK, collided, deadline)
             if ending is not None:
+                self._gate_log.drain(self._recorder)  # of the last step
                 return self._end(t, ending)
             try:
                 rows = self._advance(t, around, state)

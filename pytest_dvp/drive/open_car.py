@@ -43,7 +43,7 @@ def open_vehicle(
     stage, seed = spec.stage, spec.seed
     name, _, hidden = spec.vehicle.partition(":")
     if name not in VEHICLES:
-        return _open_adapter(stage, spec.vehicle, seed, perception)
+        return _open_adapter(stage, spec.vehicle, seed, perception, record)
     within, options = hidden_in(spec.vehicle), dict[str, Any](record=record)
     if spec.truth is not None:
         options["truth"] = spec.truth
@@ -71,9 +71,9 @@ def open_vehicle(
 
 
 def _open_adapter(
-    stage: str, vehicle: str, seed: int, perception: Sequence[AppliedEffect]
+    stage: str, vehicle: str, seed: int, perception: Sequence[AppliedEffect], record: Callable[[Trouble], None]
 ) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
-    from vehicle.adapter import Vehicle
+    from vehicle.adapter import ReportsMessageFaults, Vehicle
     from vehicle.adapters.mirror import in_parallel
 
     name, _, argument = vehicle.partition(":")
@@ -84,6 +84,8 @@ def _open_adapter(
     if car.is_real and not adapter.is_real:
         car.close()
         raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
+    if isinstance(car, ReportsMessageFaults):
+        car.tell(record)
 
     def told() -> dict[str, Any]:
         """A method of the car, or what has one: a new object for each run."""

@@ -10,12 +10,12 @@ from collections.abc import Callable
 
 from vehicle.adapter import STALE, Hands, VehicleLost
 from vehicle.messages import Command, Odometry
-from vehicle.wire.can_codec import Codec
+from vehicle.wire.can_codec import Codec, sent_range
 from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.health import Trouble
 
-BEATS = 256  # the heartbeat counts to this
+BEATS = 256  # the heartbeat counts to this, or to what its signal can hold
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
 GRANTED_LIVE = 300_000_000  # ns, by the wall clock
 SILENT = 150_000_000  # ns of wall time without a valid report after which a car is lost that was commanded
@@ -27,8 +27,9 @@ class CanActuators:
     """The harness's end of CAN bus `address`, with the messages of `car`.
 
     Nothing is sent before the first command: a dry run leaves the bus alone. From then on every cycle sends all
-    commands, asks for automatic mode and beats. Time [ns] is simulated, in lock-step with the surrogate (`stepped`), or
-    that of a run by the wall clock (`listen`).
+    commands, asks for automatic mode and beats. Once a driver has taken over it asks for manual mode, until `reset`.
+    Time [ns] is simulated, in lock-step with the surrogate (`stepped`), or that of a run by the wall clock
+    (`listen`).
     `alive` raises VehicleLost if the car is known to be gone.
     """
 
@@ -37,6 +38,7 @@ class CanActuators:
         self._codec = Codec(car, sends="command")
         self._link = Link(_opened(address), self._codec.sends, alive, steps=True)
         self._beat = 0
+        self._beats = _beats(car)
         self._troubles: list[Trouble] = []
         self.reset()
 
@@ -44,6 +46,7 @@ class CanActuators:
         """Ask for nothing any more; forget what was measured."""
         self._command: Command | None = None
         self._since: int | None = None
+        self._taken = False  # by the driver, since the first command
         self._now = 0
         self._listens: int | None = None  # since when [ns]
         self._last = 0
@@ -72,13 +75,14 @@ class CanActuators:
         if command is None:
             return
         self._since = now if self._since is None else self._since
-        self._beat = (self._beat + 1) % BEATS
+        self._beat = (self._beat + 1) % len(self._beats)
+        mode = float(self._map.mode.get("manual", 0) if self._taken else self._map.mode.get("automatic", 1))
         values = {
             "steer": command.steer, "accel": command.accel, "throttle": command.throttle, "brake": command.brake,
-            "heartbeat": float(self._beat), "mode": float(self._map.mode.get("automatic", 1)),
+            "heartbeat": self._beats[self._beat], "mode": mode,
         }  # fmt: skip
         try:
-            for frame in self._codec.frames(values, automatic=True):
+            for frame in self._codec.frames(values, automatic=not self._taken):
                 self._link.send(frame)
         except BusError as error:
             raise VehicleLost(str(error)) from None
@@ -153,11 +157,24 @@ class CanActuators:
 
     def _check_mode(self, now: int, granted: int) -> None:
         """Raise VehicleLost if the car does not obey and no driver's hand is the reason."""
-        if self._since is None or "mode" not in self._map.report or any(self.hands):
+        self._taken = self._taken or (self._since is not None and self.hands.override)
+        if self._since is None or "mode" not in self._map.report or self._taken or any(self.hands):
             return
         mode = self._mode if self._fresh("mode") else ""
         if mode != "automatic" and now - self._since >= granted:
             raise VehicleLost(f"the car's drive-by-wire is in mode {mode or 'unknown'}, asked for was automatic")
+
+
+def _beats(car: SignalMap) -> tuple[float, ...]:
+    """Values of the heartbeat, one after the other, from the least one on that is not negative."""
+    place = car.command.get("heartbeat")
+    if place is None:
+        return tuple(map(float, range(BEATS)))
+    signal = car.database.get_message_by_name(place.message).get_signal_by_name(place.signal)
+    low, high = sent_range(signal)
+    first, apart = max(low, 0.0), abs(signal.scale)
+    count = min(BEATS, int((high - first) / apart + 1e-9) + 1)
+    return tuple((first + k * apart) * place.factor for k in range(max(count, 1)))
 
 
 def _opened(address: str) -> object:

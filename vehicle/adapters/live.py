@@ -19,9 +19,19 @@ import numpy as np
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.process import CarProcess, DriveByWireProcess, told_of
 from vehicle.adapters.ros2 import CALL, CAN, Ros2Vehicle
-from vehicle.messages import Command, FloatArray, Observation, Odometry, Surroundings, VehicleDescription, VehicleState
+from vehicle.messages import (
+    Command,
+    FloatArray,
+    Imu,
+    Observation,
+    Odometry,
+    Surroundings,
+    VehicleDescription,
+    VehicleState,
+)
 from vehicle.wire import convert, topics
 from vehicle.wire.can_map import SignalMap
+from vehicle.wire.health import finite
 from vehicle.wire.live import LiveEnd, Ping
 
 SILENT = 0.15  # s without a message after which the car is lost
@@ -96,11 +106,18 @@ class LiveCar(Ros2Vehicle):
         self._spoke |= self._discard()
 
     def _placed_by_hand(self, state: VehicleState) -> VehicleState:
-        """A car cannot be put anywhere: how it stands. Raises VehicleLost if that is not about where it is to begin."""
+        """A car cannot be put anywhere: how it stands.
+
+        Raises VehicleLost if it does not know, or if that is not about where it is to begin.
+        """
         said = self._wire().take(topics.ODOMETRY)
         if not said:
             raise VehicleLost(f"the car does not say where it is: nothing on {topics.ODOMETRY.name}")
         there = convert.state_from_ros(said[-1])
+        if not finite(there):
+            raise VehicleLost(
+                f"the car does not say where it is: {topics.ODOMETRY.name} holds what is no finite number"
+            )
         away, turned = hypot(there.x - state.x, there.y - state.y), convert.unwrapped(there.yaw, state.yaw) - state.yaw
         if away > NEAR or abs(turned) > TURNED:
             raise VehicleLost(
@@ -120,6 +137,8 @@ class LiveCar(Ros2Vehicle):
         if not said:
             where = topics.FEEDBACK.name if self._by_wire is None else CAN
             raise VehicleLost(f"the car does not say how it steers: nothing on {where}")
+        if not finite(said[-1]):
+            raise VehicleLost("the car does not say how it steers: its report holds what is no finite number")
         return said[-1].steer
 
     def observe(self, surroundings: Surroundings) -> Observation:
@@ -163,8 +182,8 @@ class LiveCar(Ros2Vehicle):
         self._epoch = time.monotonic_ns() - self._now
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
-        self._yaw, self._sigma = state.yaw, nan
-        self._steers = [Odometry(state.t, state.v, state.steer)]
+        self._yaw, self._sigma, self._there = state.yaw, nan, None
+        self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked, self._wheels):
             before.clear()
         self._health.reset(self._expected())
@@ -198,6 +217,9 @@ class LiveCar(Ros2Vehicle):
         self._raw = known[max(np.searchsorted(known[:, 0], self._state.t + GRID * last, side="right") - 1, 0) :]
         return np.column_stack([grid, *(np.interp(grid, known[:, 0], known[:, k]) for k in range(1, 12))])
 
+    def _stamp(self) -> int:
+        return time.monotonic_ns() + self.punctuality.offset
+
     def _clock(self) -> float:
         """The wall clock's: a step may end late."""
         return (time.monotonic_ns() - self._epoch) / convert.SECOND if self._begun else super()._clock()
@@ -220,6 +242,13 @@ class LiveCar(Ros2Vehicle):
         """
         unread = set() if self._by_wire is None else {topics.FEEDBACK}
         return super()._expected() | {topic.name for topic in self._spoke & set(topics.SENSED) - unread}
+
+    def _needed(self) -> set[topics.Topic] | None:
+        """Topics without which there is no car; None: all of them. A real one need not have the others."""
+        if not self._real:
+            return None
+        needed = {topics.STEP, topics.DONE, topics.DESCRIPTION, topics.ODOMETRY}
+        return needed if self._by_wire is not None else needed | {topics.COMMAND, topics.FEEDBACK}
 
     def _live(self) -> LiveEnd:
         end = self._wire()
@@ -261,7 +290,7 @@ class LiveCar(Ros2Vehicle):
     def _call(self, ready: float) -> VehicleDescription:
         end, deadline = self._live(), time.monotonic() + ready
         while time.monotonic() < deadline:
-            if end.matched():
+            if end.matched(self._needed()):
                 end.say(0, time.monotonic_ns())
             end.receive_until(time.monotonic_ns() + round(CALL * convert.SECOND))
             said = end.take(topics.DESCRIPTION)

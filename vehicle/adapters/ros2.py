@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import nan
+from math import hypot, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -38,6 +38,7 @@ M = TypeVar("M")
 CALL = 0.2  # s between two calls to a car that does not answer yet
 STEP_TIMEOUT = 20.0  # s of wall time that a car has for one step
 CAN = "CAN"  # what its reports are called where topics have their names
+ELSEWHERE = 100.0  # m between a fix and the car's own pose, which no error explains: another origin; chosen
 ECHO = 10  # commands, 0.2 s: a car that obeys none of them obeys nobody
 
 
@@ -73,10 +74,11 @@ class Ros2Vehicle:
         self._real, self._timeout, self._by_wire = is_real, timeout, by_wire
         self._number, self._now, self._lost = 0, 0, False
         self._yaw, self._sigma = 0.0, nan
+        self._there: tuple[float, float] | None = None  # x, y [m] of the newest row of motion
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
         self._headings: dict[float, convert.Heading] = {}
-        self._forces: dict[float, Imu] = {}
+        self._forces: deque[Imu] = deque()  # felt after the newest row of motion
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
         self._record, self._health = record, Health(record)
@@ -115,7 +117,8 @@ class Ros2Vehicle:
         self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
-        self._steers = [Odometry(state.t, state.v, state.steer)]
+        self._there = None
+        self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked):
             before.clear()
         self._health.reset(self._expected())
@@ -137,7 +140,7 @@ class Ros2Vehicle:
         if self._by_wire is not None:
             self._by_wire.apply(command)
         else:
-            self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
+            self._send(topics.COMMAND, convert.command_to_ros(command, self._stamp()))
         self._asked.append(command.accel)
 
     def step(self, dt: float) -> FloatArray:
@@ -236,6 +239,10 @@ class Ros2Vehicle:
         """What any car must say: its motion, speed and steering angle."""
         return {topics.ODOMETRY.name, topics.FEEDBACK.name if self._by_wire is None else CAN}
 
+    def _stamp(self) -> int:
+        """Now [ns] on the car's clock."""
+        return self._now
+
     def _clock(self) -> float:
         """Time [s] at which what comes now is said to come."""
         return self._now / convert.SECOND
@@ -256,7 +263,7 @@ class Ros2Vehicle:
         self._headings |= {heading.t: heading for heading in headings}
         fixes = []
         for fix in self._sound(topics.FIX, convert.fix_from_ros):
-            if isinstance(fix, convert.NoFix):
+            if isinstance(fix, convert.NoFix) or self._is_elsewhere(fix):
                 continue
             heading = self._headings.pop(fix.t, None)
             if heading is not None:
@@ -265,6 +272,13 @@ class Ros2Vehicle:
         if fixes:
             self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
         return tuple(fixes)
+
+    def _is_elsewhere(self, fix: GnssFix) -> bool:
+        """Whether a fix is far from where the car says that it is; then it is told."""
+        away = 0.0 if self._there is None else hypot(fix.x - self._there[0], fix.y - self._there[1])
+        if away > ELSEWHERE:
+            self._record(Trouble(self._clock(), topics.FIX.name, "elsewhere", away))
+        return away > ELSEWHERE
 
     def _take_feedback(self) -> None:
         if self._by_wire is not None:
@@ -287,19 +301,20 @@ class Ros2Vehicle:
         return convert.feedback_from_ros(message)
 
     def _rows(self) -> FloatArray:
-        """Reference motion that has come, with the force felt then and the steering angle reported last before."""
+        """Reference motion that has come, with the force felt and the steering angle reported last before."""
         self._take_feedback()
-        self._forces |= {felt.t: felt for felt in self._sound(topics.REFERENCE_IMU, convert.imu_from_ros)}
+        self._forces.extend(self._sound(topics.REFERENCE_IMU, convert.imu_from_ros))
         motions = self._sound(topics.ODOMETRY, convert.state_from_ros)
         rows = np.zeros((len(motions), 12))
         for row, now in zip(rows, motions, strict=True):
             self._yaw = convert.unwrapped(now.yaw, self._yaw)
             while len(self._steers) > 1 and self._steers[1].t <= now.t + 1e-9:
                 self._steers.pop(0)
-            self._force = self._forces.pop(now.t, self._force)
+            while self._forces and self._forces[0].t <= now.t + 1e-9:
+                self._force = self._forces.popleft()
             felt, steer = self._force, self._steers[0].steer
             row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, felt.ax, felt.ay, steer
         if motions:
+            self._there = motions[-1].x, motions[-1].y
             self._sigma = motions[-1].position_sigma or nan
-            self._forces = {t: felt for t, felt in self._forces.items() if t > motions[-1].t}
         return rows

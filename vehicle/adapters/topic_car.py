@@ -19,7 +19,10 @@ from vehicle.wire import topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 
-_ASKED = f"a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}"
+_ASKED = (
+    f"a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}, listens to "
+    f"{topics.COMMAND.name} and says {topics.ODOMETRY.name} and {topics.FEEDBACK.name}"
+)
 
 
 class TopicCar(LiveCar):

@@ -97,7 +97,8 @@ class Codec:
         message = self._messages[name]
         counter = self._signal(message, self._map.counter)
         if counter is not None:
-            signals[counter.name] = self._sent[name] % (1 << counter.length)
+            first, last = (round(end) for end in sent_range(counter))
+            signals[counter.name] = first + self._sent[name] % (last - first + 1)
             self._sent[name] += 1
         checksum = self._signal(message, self._map.checksum)
         frame = Frame(message.frame_id, message.is_extended_frame, bytes(message.encode(signals, strict=False)))
@@ -116,9 +117,10 @@ class Codec:
         counter = self._signal(message, self._map.counter)
         if counter is None:
             return 0
-        rounds, now = 1 << counter.length, int(signals[counter.name])
+        first, greatest = (round(end) for end in sent_range(counter))
+        now = int(signals[counter.name])
         last, self._got[name] = self._got.get(name), now
-        return 0 if last is None else (now - last) % rounds - 1
+        return 0 if last is None else (now - last) % (greatest - first + 1) - 1
 
     def _as_signal(self, place: Place, value: float) -> float:
         if not -1e12 < value < 1e12:
@@ -138,12 +140,18 @@ def _by_message(places: Mapping[str, Place]) -> dict[str, dict[str, Place]]:
     return found
 
 
-def _raw(signal: Any, value: float) -> float:
-    """`value` in the signal's unit, within what its bits and its stated range can hold, on its grid if it has one."""
-    ends = list(held_range(signal))
+def sent_range(signal: Any) -> tuple[float, float]:
+    """Least and greatest value of a DBC's signal, in its unit, within what its bits and its stated range can hold."""
+    low, high = held_range(signal)
     if signal.minimum is not None and signal.maximum is not None and signal.minimum < signal.maximum:
-        ends = [max(ends[0], signal.minimum), min(ends[1], signal.maximum)]
-    within = float(min(max(value, ends[0]), ends[1]))
+        low, high = max(low, signal.minimum), min(high, signal.maximum)
+    return low, high
+
+
+def _raw(signal: Any, value: float) -> float:
+    """`value` in the signal's unit, within the range of the signal, on its grid if it has one."""
+    low, high = sent_range(signal)
+    within = float(min(max(value, low), high))
     if signal.is_float:
         return within
     step = round((within - signal.offset) / signal.scale)

@@ -5,7 +5,7 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 
 from __future__ import annotations
 
-from math import atan2, cos, pi, sin, sqrt
+from math import atan2, cos, inf, isnan, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,14 +113,16 @@ def state_to_ros(state: VehicleState, ns: int) -> Any:
 def state_from_ros(message: Any) -> VehicleState:
     """Pose and velocity; ax, ay and steer, which the message lacks, are 0.
 
-    Of the covariance the greater one of x and y counts; -1, by which some drivers say that they do not know, is 0.
+    Of the covariance the greater one of x and y counts; -1, NaN or infinity, by which drivers say that they do not
+    know, is 0.
     """
     place, twist = message.pose.pose, message.twist.twist
-    spread = message.pose.covariance
+    spread = [message.pose.covariance[at] for at in (_XX, _YY)]
+    variance = max(spread) if all(0.0 <= each < inf for each in spread) else 0.0
     return VehicleState(
         t=seconds(message.header), x=place.position.x, y=place.position.y, z=place.position.z,
         yaw=yaw_of(place.orientation), v=twist.linear.x, vx=twist.linear.x, vy=twist.linear.y,
-        yaw_rate=twist.angular.z, position_sigma=sqrt(max(spread[_XX], spread[_YY], 0.0)),
+        yaw_rate=twist.angular.z, position_sigma=sqrt(variance),
     )  # fmt: skip
 
 
@@ -174,11 +176,14 @@ def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[
 def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix | NoFix:
     """The fix in the map frame; `heading` is that of the same stamp.
 
-    NoFix if the receiver has none (status below 0); where the accuracy is not stated, sigma is UNSTATED_SIGMA.
+    NoFix if the receiver has none (status below 0); where the accuracy is not stated, sigma is UNSTATED_SIGMA. Without
+    an altitude the antenna is taken to be as high as the origin: 100 m of it are 16 mm in x and y a kilometre away.
     """
     if place.status.status < 0:  # sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1, "unable to fix position"
         return NoFix(seconds(place.header))
-    x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
+    # sensor_msgs/NavSatFix: altitude is a "quiet NaN if no altitude is available"
+    height = origin.height if isnan(place.altitude) else place.altitude
+    x, y, _ = to_map(place.latitude, place.longitude, height, origin)
     sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
     if place.position_covariance_type == UNKNOWN:
         sigma = UNSTATED_SIGMA
@@ -208,15 +213,24 @@ def points_to_ros(points: FloatArray, ns: int) -> Any:
 
 
 def points_from_ros(message: Any) -> LidarScan:
-    """The scan; raises ValueError on a cloud whose x, y, z are not float32 of the machine's usual byte order."""
+    """The scan, without the invalid points (NaN) of a cloud that says that it has some (`is_dense` false).
+
+    Raises ValueError on a cloud whose x, y, z are not float32 of the machine's usual byte order.
+    """
     at = {field.name: field.offset for field in message.fields if field.datatype == FLOAT32}
     if message.is_bigendian or not {"x", "y", "z"} <= set(at):
         found = ", ".join(f"{field.name} (datatype {field.datatype})" for field in message.fields)
         raise ValueError(f"point cloud with {found}: expected little-endian float32 x, y, z")
     count = message.width * message.height
-    raw = np.frombuffer(bytes(message.data), dtype=np.uint8).reshape(count, message.point_step)
+    raw, line = np.frombuffer(bytes(message.data), dtype=np.uint8), message.width * message.point_step
+    if message.row_step > line and message.height > 1:  # rows that are filled up, as those of an image
+        raw = raw.reshape(message.height, message.row_step)[:, :line]
+    raw = raw.reshape(count, message.point_step)
     columns = [raw[:, at[name] : at[name] + 4].copy().view("<f4")[:, 0] for name in "xyz"]
-    return LidarScan(seconds(message.header), np.column_stack(columns).astype(np.float64).reshape(-1, 3))
+    points = np.column_stack(columns).astype(np.float64).reshape(-1, 3)
+    if not message.is_dense:  # sensor_msgs/PointCloud2: "True if there are no invalid points"
+        points = points[np.isfinite(points).all(axis=1)]
+    return LidarScan(seconds(message.header), points)
 
 
 def camera_to_ros(frame: CameraFrame, ns: int) -> Any:

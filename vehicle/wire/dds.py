@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any
 
@@ -65,11 +65,11 @@ class DdsTransport:
     def _open(self, topic: Topic) -> DdsTopic[Any]:
         return DdsTopic(self._participant, topic.dds_name, topic.type)
 
-    def matched(self) -> bool:
-        """Whether each topic has found its other end."""
-        return all(w.get_matched_subscriptions() for w in self._writers.values()) and all(
-            r.get_matched_publications() for r in self._readers.values()
-        )
+    def matched(self, needed: Collection[Topic] | None) -> bool:
+        """Whether each topic, or each of the `needed` ones, has found its other end."""
+        asked = {topic: writer.get_matched_subscriptions for topic, writer in self._writers.items()}
+        asked |= {topic: reader.get_matched_publications for topic, reader in self._readers.items()}
+        return all(found() for topic, found in asked.items() if needed is None or topic in needed)
 
     def write(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, Protocol, TypeAlias
 
 from vehicle.wire.ros2_types import UInt64MultiArray
@@ -25,8 +25,8 @@ class Silence(Exception):
 class Transport(Protocol):
     """What carries messages between two ends, none lost, those of a topic in their order."""
 
-    def matched(self) -> bool:
-        """Whether each topic has found its other end."""
+    def matched(self, needed: Collection[Topic] | None) -> bool:
+        """Whether each topic, or each of the `needed` ones, has found its other end."""
 
     def write(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""
@@ -66,9 +66,9 @@ class End:
         self._steps: deque[list[int]] = deque()
         self._wire = opener((*self._writes, self._step_out), (*self._reads, self._step_in))
 
-    def matched(self) -> bool:
-        """Whether each topic has found its other end."""
-        return self._wire.matched()
+    def matched(self, needed: Collection[Topic] | None = None) -> bool:
+        """Whether each topic, or each of the `needed` ones, has found its other end."""
+        return self._wire.matched(needed)
 
     def send(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""

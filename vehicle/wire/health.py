@@ -15,7 +15,8 @@ and does not jump. The rhythm is learnt: the median interval of its first messag
     frozen         a position that stands still while the wheels turn
 
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
-"malformed: ...", a message of a form that is not understood; of CAN frames "checksum" and "length".
+"elsewhere", a fix far from the car's own pose, kept back; "malformed: ...", a message of a form that is not understood;
+of CAN frames "checksum" and "length".
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Trouble(NamedTuple):
     amount: float
 
     def __str__(self) -> str:
-        unit = {"lost": "messages", "frozen": "messages", "jump": "m"}.get(self.what, "s")
+        unit = {"lost": "messages", "frozen": "messages", "jump": "m", "elsewhere": "m"}.get(self.what, "s")
         plain = self.what in _PLAIN or self.what.startswith("malformed")
         return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -138,9 +138,11 @@ class Ros1Transport:
         """Of the bridge."""
         return self._bridge.pid
 
-    def matched(self) -> bool:
-        """Whether each topic has found its other end."""
-        return bool(self._bridge.ask("matched"))
+    def matched(self, needed: Collection[Topic] | None) -> bool:
+        """Whether each topic, or each of the `needed` ones, has found its other end."""
+        every = (*self._numbers, *self._reads)
+        wanted = [k for k, topic in enumerate(every) if needed is None or topic in needed]
+        return bool(self._bridge.ask("matched", of=wanted))
 
     def write(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""

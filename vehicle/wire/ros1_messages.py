@@ -113,7 +113,7 @@ def _class(name: str) -> int:
 
 
 def _hypothesis(message: Any) -> Any:
-    number = min(max(int(message.id), 0), len(OBJECT_KINDS) - 1)
+    number = int(message.id) if 0 <= message.id < len(OBJECT_KINDS) else len(OBJECT_KINDS) - 1
     return ros.ObjectHypothesisWithPose(
         ros.ObjectHypothesis(OBJECT_KINDS[number], float(message.score)), _in(message.pose)
     )

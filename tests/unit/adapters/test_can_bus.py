@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -79,6 +80,22 @@ def test_automatic_is_granted_with_the_first_beat_and_command(pair: Pair) -> Non
     assert command is not None
     assert (command.steer, command.throttle, command.brake) == pytest.approx((0.1, 0.3, 0.0), abs=5e-5)
     assert pair.unit.mode == "automatic"
+
+
+def test_a_heartbeat_of_four_bits_does_not_stand_still(tmp_path: Path) -> None:
+    """It begins again after 15: at its signal's end a heart that counts on has stopped."""
+    ours = find_map()
+    (tmp_path / "car.dbc").write_text(ours.dbc.read_text().replace("BEAT : 16|16@1+", "BEAT : 16|4@1+"))
+    (tmp_path / "car.toml").write_text(ours.file.read_text())
+    spy = open_bus("virtual:heart")
+    harness = CanActuators("virtual:heart", find_map(tmp_path / "car.dbc"), lambda: None, timeout=0.2)
+    harness.apply(asked())
+    for k in range(40):
+        harness.cycle(k * CYCLE)
+    harness.close()
+    beats = [message.data[2] & 15 for message in iter(lambda: spy.recv(0.0), None) if message.arbitration_id == 260]
+    spy.shutdown()
+    assert beats == [k % 16 for k in range(1, 41)]
 
 
 def test_reports_carry_the_time_they_were_measured_at(pair: Pair) -> None:
@@ -310,6 +327,28 @@ def without(pair: Pair, frame_id: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         pair.unit._codec, "frames", lambda *values, **more: [f for f in frames(*values, **more) if f.id != frame_id]
     )
+
+
+def test_a_driver_who_takes_over_keeps_the_car_when_he_lets_go(pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody asks for automatic mode again, and that the car is in manual mode is no reason to call it lost."""
+    frames, override = pair.unit._codec.frames, {"override": 1.0}
+    monkeypatch.setattr(pair.unit._codec, "frames", lambda values, **more: frames(values | override, **more))
+    pair.harness.apply(asked())
+    spy = open_bus("virtual:test_a_driver_who_takes_over_keeps_the_car_when_he_lets_go")
+    for _ in range(3):
+        pair.cycle()
+    override["override"] = 0.0
+    for _ in range(10):
+        pair.cycle()
+    assert (pair.unit.mode, pair.harness.hands) == ("manual", Hands(False, False))
+    modes = [message.data[2] & 3 for message in iter(lambda: spy.recv(0.0), None) if message.arbitration_id == 259]
+    spy.shutdown()
+    assert modes == [1] + [0] * 12
+    pair.unit.reset()
+    pair.harness.reset()
+    pair.harness.apply(asked())
+    pair.cycle()
+    assert pair.unit.mode == "automatic"
 
 
 def test_hands_that_are_reported_no_longer_are_the_drivers_after_200_ms(

@@ -39,7 +39,7 @@ class HandEnd(LiveEnd):
         self.kept: dict[topics.Topic, list[Any]] = defaultdict(list)
         self.kept[topics.DESCRIPTION] = [ros.String(msgspec.json.encode(SHEET).decode())]
 
-    def matched(self) -> bool:
+    def matched(self, needed: object = None) -> bool:
         return True
 
     def step(self, number: int, stamp: int) -> None:
@@ -134,6 +134,30 @@ def test_a_topic_that_spoke_before_the_reset_only_has_said_nothing(topic: topics
         car.reset(STATE)
 
 
+@pytest.mark.parametrize(
+    ("topic", "says"),
+    [
+        (topics.FEEDBACK, r"^the car does not say how it steers: its report holds what is no finite number$"),
+        (topics.ODOMETRY, r"^the car does not say where it is: /vehicle/odom holds what is no finite number$"),
+    ],
+)
+def test_a_car_that_does_not_know_yet_is_not_driven(topic: topics.Topic, says: str) -> None:
+    """NaN, as reference systems send it until they are aligned."""
+    nan = float("nan")
+    said = {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, FIRST), 0),
+    }
+    said[topic] = {
+        topics.ODOMETRY: convert.state_to_ros(VehicleState(t=0.0, x=nan, y=nan, yaw=nan, v=0.0), 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, nan), 0),
+    }[topic]
+    car, end = real_car()
+    end.says = lambda: dict(said)
+    with pytest.raises(VehicleLost, match=says):
+        car.reset(STATE)
+
+
 def test_hands_that_spoke_before_the_reset_only_are_the_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
     said = {
         topics.ODOMETRY: convert.state_to_ros(STATE, 0),
@@ -173,3 +197,31 @@ def test_a_receiver_without_a_fix_is_no_fault_and_gives_no_place() -> None:
         seen += car._observed().gnss
     assert troubles == []
     assert [round(10.0 * fix.t) for fix in seen] == [*range(20), *range(50, 60)]
+
+
+def test_a_fix_far_from_where_the_car_says_it_is_is_kept_back_and_named() -> None:
+    """Of a car in Munich whose map has its origin there: the fix comes out 1,400 km from its pose."""
+    troubles: list[Any] = []
+    car, end = real_car(record=troubles.append)
+    end.says = lambda: {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
+    }
+    car.reset(STATE)
+    car._begin()
+    end.kept[topics.ODOMETRY].append(convert.state_to_ros(STATE, 0))
+    car._rows()
+    place, _ = convert.fix_to_ros(convert.GnssFix(0.0, 0.0, 0.0, 0.02), 0)
+    place.latitude, place.longitude = 48.137, 11.575
+    end.kept[topics.FIX].append(place)
+    assert car._observed().gnss == ()
+    (elsewhere,) = troubles
+    assert (elsewhere.topic, str(elsewhere)) == ("/gnss/fix", "elsewhere 1.44e+06 m")
+    place.latitude, place.longitude = 40.5127, -3.348
+    place.header.stamp = convert.stamp(200_000_000)
+    end.kept[topics.FIX].append(place)
+    car._now = 200_000_000
+    car._health.reset()
+    car._begun = False
+    (fix,) = car._observed().gnss
+    assert (fix.x, fix.y) == pytest.approx((0.0, 77.8), abs=0.1)

@@ -30,6 +30,7 @@ from vehicle.adapter import Hands, VehicleLost
 from vehicle.model.model_file import read_model
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
+from vehicle.wire.health import Trouble
 
 TOLD = []
 
@@ -68,6 +69,20 @@ class Lost(Toy):
             raise VehicleLost("the car has been silent for 0.16 s")
 
 
+class Noisy(Toy):
+    # One message is missing, in the step from t = AT on.
+    AT = 0.5
+
+    def tell(self, record):
+        self.record, self.t = record, 0.0
+
+    def step(self, dt):
+        if self.t - 1e-9 <= self.AT < self.t + dt - 1e-9:
+            self.record(Trouble(self.t, "/gnss/fix", "lost", 1.0))
+        self.t += dt
+        return super().step(dt)
+
+
 def lying(argument):
     return Car(argument)
 
@@ -95,6 +110,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Command]:
         "[pytest_dvp.adapters]\ntabby = mycar_for_tests:Car\ntoy = mycar_for_tests:Toy\n"
         "lying = mycar_for_tests:lying\nunknown = mycar_for_tests:unknown\nnone = mycar_for_tests:none\n"
         "broken = mycar_for_tests:nothing\nlost = mycar_for_tests:Lost\nstanding = mycar_for_tests:Standing\n"
+        "noisy = mycar_for_tests:Noisy\n"
     )
     (site / "mycar_for_tests.py").write_text(CAR)
     monkeypatch.syspath_prepend(site)
@@ -230,6 +246,21 @@ def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[C
     assert (result.stage, result.status) == ("pe-toy", "PASS")
     with pytest.raises(StageError, match="pe-toy ERROR: a real vehicle is required, toy says it is none"):
         drive(keys, vehicle="toy", require_real=True)
+
+
+@pytest.mark.parametrize("t", [0.5, pytest.param(0.95, id="in the last step")])
+def test_a_car_of_ones_own_tells_of_its_messages_too(
+    told: list[Command], keys: dict[str, Path], monkeypatch: pytest.MonkeyPatch, t: float
+) -> None:
+    """No run with a fault on the wire passes, whoever judges the messages."""
+    import mycar_for_tests
+
+    monkeypatch.setattr(mycar_for_tests.Noisy, "AT", t)
+    result = drive(keys, vehicle="noisy", with_keys=False)
+    assert [(event.element, event.text) for event in result.log.events if event.kind == "wire"] == [
+        ("/gnss/fix", "lost 1 messages")
+    ]
+    assert result.status == "INCONCLUSIVE"
 
 
 def test_a_car_that_is_lost_ends_the_run_as_an_error_with_the_log_so_far(

@@ -121,6 +121,21 @@ def test_the_counter_tells_lost_from_repeated() -> None:
     assert told == [("", 0), ("", 0), ("repeated", 0), ("", 0), ("", 3), ("", 0), ("", 11)]
 
 
+@pytest.mark.parametrize(
+    ("stated", "told"), [("[0|14]", [*range(15), *range(5)]), ("[1|15]", [*range(1, 16), *range(1, 6)])]
+)
+def test_a_counter_keeps_to_the_values_that_the_dbc_states(tmp_path: Path, stated: str, told: list[int]) -> None:
+    """Profile 1 of AUTOSAR's E2E protocol counts from 0 to 14; 15 is no number there, and none is lost at 14."""
+    ours = find_map()
+    (tmp_path / "car.dbc").write_text(ours.dbc.read_text().replace("4@1+ (1,0) [0|15]", f"4@1+ (1,0) {stated}"))
+    (tmp_path / "car.toml").write_text(ours.file.read_text())
+    car = find_map(tmp_path / "car.dbc")
+    sender, receiver = Codec(car, sends="command"), Codec(car, sends="report")
+    frames = [sender.frames(VALUES, automatic=True)[0] for _ in range(20)]
+    assert [frame.data[1] & 15 for frame in frames] == told
+    assert {(said.wrong, said.lost) for said in map(receiver.read, frames) if said is not None} == {("", 0)}
+
+
 def test_a_short_frame_and_one_of_somebody_else_are_not_read() -> None:
     car = find_map()
     receiver = Codec(car, sends="report")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ pytest.importorskip("cyclonedds")
 
 from test_cdr import AROUND, MESSAGES  # tests/unit/wire is on the path of its tests
 
+from vehicle.messages import CameraBox, CameraFrame
 from vehicle.wire import convert, topics
 from vehicle.wire.ros1 import Ros1Error, read_settings
 from vehicle.wire.ros1_messages import from_bytes, kind_of, to_bytes
@@ -60,6 +62,18 @@ def test_an_acceleration_stands_where_ros_1_puts_it() -> None:
     assert data[12:25] == (9).to_bytes(4, "little") + b"base_link"
     assert data[25 + 12 : 25 + 16] == bytes.fromhex("0000c0bf")  # -1.5
     assert len(data) == 25 + 20
+
+
+@pytest.mark.parametrize(("number", "kind"), [(-1, "misc"), (0, "vehicle"), (2, "bicycle"), (3, "misc"), (4, "misc")])
+def test_a_class_without_a_number_of_ours_is_misc(number: int, kind: str) -> None:
+    """-1 is what detectors send that do not know the class; no vehicle."""
+    frame = CameraFrame(0.0, (CameraBox(10.0, 10.0, 20.0, 20.0, "vehicle", 0.9),))
+    data = bytearray(to_bytes(topics.CAMERA, convert.camera_to_ros(frame, 0)))
+    score = data.index(struct.pack("<d", 0.9))
+    assert data[score - 8 : score] == bytes(8)  # the number of "vehicle"
+    data[score - 8 : score] = struct.pack("<q", number)
+    (box,) = convert.camera_from_ros(from_bytes(topics.CAMERA, bytes(data))).boxes
+    assert box.kind == kind
 
 
 @pytest.mark.parametrize("data", [b"", b"\x00" * 7, b"\xff" * 300])
