@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -17,3 +18,15 @@ def steps(t: FloatArray) -> FloatArray:
         return np.asarray(step)
     usual = float(np.median(np.diff(t)))
     return np.where(step > GAP * usual, usual, step)
+
+
+def exposed(t: FloatArray, rows: NDArray[np.bool_], step: float) -> float:
+    """Time [s] of the `rows` (n,) of samples at `t` (n,) [s], by `steps`; of some rows at least one usual step.
+
+    A moment in the last sample, as before a contact that ends the run, has no step of its own but is one all the same.
+    step: the usual one [s] where `t` is a single sample.
+    """
+    if not rows.any():
+        return 0.0
+    usual = float(np.median(np.diff(t))) if len(t) > 1 else step
+    return max(float(steps(t)[rows].sum()), usual)
