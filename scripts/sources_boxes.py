@@ -213,7 +213,7 @@ def pet(log: Log) -> float | None:
 
 
 def rss_violation(log: Log) -> float | None:
-    """Definitions 1, 2 and 6 of the paper, one pair at a time; the last row of a track stands for no time, alone for one."""
+    """Definitions 1, 2 and 6 of the paper, one pair at a time; the last row of a track counts where no other does."""
     r, up, hard, soft, aup, brake, mu = RSS.values()
     total = 0.0
     length, width = size_of(log)
