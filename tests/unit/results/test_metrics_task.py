@@ -85,7 +85,7 @@ def test_overlapping_boxes_collide_without_a_world_that_says_so() -> None:
 
 
 def test_a_reported_collision_stands_whatever_else_was_not_measured() -> None:
-    """The world reports that a was hit; where b was at 2 s, and in the second log how large the ego is, is not known."""
+    """The world reports that a was hit; where b was at 2 s, or how large the ego is, is not known."""
     car = track(times()[::5], 500.0, 0.0)
     car.x[40] = np.nan
     hit = (LogEvent(4.0, "collision", "a"),)
