@@ -1,4 +1,4 @@
-"""How long a sample of a road user stands for."""
+"""How long a sample stands for: of a road user, or of the log."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from pytest_dvp.logs.log_contents import FloatArray
 
-GAP = 3.0  # steps; a longer one is a time in which the road user was not there; chosen: two lost samples are none
+GAP = 3.0  # steps; a longer one is a time in which nothing was there or recorded; chosen: two lost samples are none
 
 
 def steps(t: FloatArray) -> FloatArray:
     """Time [s] until the next sample, (n,), of samples at `t` (n,) [s]; the last one stands for none, and one before a
-    longer gap, in which the road user was not there, for the usual step."""
+    longer gap, in which the road user was not there or nothing was recorded, for the usual step."""
     step = np.diff(t, append=t[-1])
     if len(t) < 3:
         return np.asarray(step)
