@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3, "NOT ASKED": 4}
 HARM = {"collision": 1, "road_departure": 2}  # what a reader must learn first, however far the others missed
+_LOWER = re.compile(r">= (-?[\d.]+(?:e[+-]?\d+)?)")  # the lower bound in the label of a gate
+_TOLD = 1e-3  # to which a label tells a bound, as `pytest_dvp.verdicts.judging` rounds it
 _RUN_ITSELF, _ANY_OTHER, _CLEAN = 0, 3, 4
 
 STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
@@ -174,6 +177,9 @@ def _is_least(gate: str, value: float | None, bound: float | None, margin: float
     """True if the bound is the lower one: of a gate with both, the margin tells which of them is meant."""
     if value is not None and bound is not None and margin is not None and value != bound:
         return abs(margin - (value - bound)) < abs(margin - (bound - value))
+    lower = _LOWER.search(gate)
+    if lower is not None and bound is not None and "<=" in gate:  # just at one of two bounds
+        return math.isclose(float(lower[1]), bound, rel_tol=_TOLD)
     return ">" in gate or "≥" in gate
 
 

@@ -188,7 +188,8 @@ def max_ttc_inverse(log: Log) -> float | None:
 
 
 def tet(log: Log) -> float | None:
-    return sum(STEP * EVERY for of_track in ttcs(log) for t in of_track[:-1] if t < 2.0)
+    counts = [(sum(t < 2.0 for t in of_track[:-1]), of_track[-1] < 2.0) for of_track in ttcs(log)]
+    return sum(STEP * EVERY * max(count, last) for count, last in counts)
 
 
 def pet(log: Log) -> float | None:
@@ -212,11 +213,12 @@ def pet(log: Log) -> float | None:
 
 
 def rss_violation(log: Log) -> float | None:
-    """Definitions 1, 2 and 6 of the paper, one pair at a time; the last row of a track stands for no time."""
+    """Definitions 1, 2 and 6 of the paper, one pair at a time; the last row of a track counts where no other does."""
     r, up, hard, soft, aup, brake, mu = RSS.values()
     total = 0.0
     length, width = size_of(log)
     for track in log.objects.values():
+        count = 0
         for i, k in places(track):
             (m, axis, v), (om, oaxis, ov) = pose(log, k), other(track, i)
             seen = [(p - m) / axis for p in ring(om, oaxis, (track.length, track.width))]
@@ -238,6 +240,7 @@ def rss_violation(log: Log) -> float | None:
             p, q = side * v.imag, side * ov.imag
             pr, qr = p + r * aup, q - r * aup
             ways = [(u + w) / 2 * r + w * abs(w) / (2 * brake) for u, w in ((p, pr), (q, qr))]
-            if along < max(need, 0.0) and beside < mu + max(ways[0] - ways[1], 0.0) and i < len(track.t) - 1:
-                total += STEP * EVERY
+            if along < max(need, 0.0) and beside < mu + max(ways[0] - ways[1], 0.0):
+                count += i < len(track.t) - 1 or not count
+        total += STEP * EVERY * count
     return total

@@ -32,9 +32,10 @@ def at_line(log: Log, k: int) -> tuple[float, bool]:
 
 
 def lamp(log: Log, t: float) -> str:
-    """red, green or other at a time: the last state told."""
+    """red (amber beside it or not), green or other at a time: the last state told."""
     state = next(e.text for e in reversed(log.events) if e.t <= t + 1e-6)
-    return {"red": "red", "on;off;off": "red", "green": "green", "off;off;on": "green"}.get(state, "other")
+    red = dict.fromkeys(("red", "red;amber", "on;off;off", "on;on;off"), "red")
+    return (red | {"green": "green", "off;off;on": "green"}).get(state, "other")
 
 
 def red_light(log: Log) -> float | None:

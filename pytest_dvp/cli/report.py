@@ -1,8 +1,9 @@
 """Writes the report.html of a log again, and its result.json if it has one; judges it again with --gates.
 
 Without --gates, the verdicts are those that its run gave. A log without a result.json has none: it is judged by the
-default gates, and the answer says so. Among runs that share the library that draws, the report shares it, too.
-Elsewhere, with another name (`--out`) or with `--single-file`, it is one file that needs no other.
+default gates, and the answer says so. A run that broke off, a dry run and one with faults on the wire pass by no gates.
+Among runs that share the library that draws, the report shares it, too. Elsewhere, with another name (`--out`) or with
+`--single-file`, it is one file that needs no other.
 """
 
 from __future__ import annotations
@@ -79,13 +80,16 @@ def execute(arguments: argparse.Namespace) -> int:
 def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     """The verdicts of the run as they were given, or new ones by `gates`; metrics with their courses from the log."""
     from pytest_dvp.drive.run_folder import measure, result_of
+    from pytest_dvp.drive.run_verdicts import broke_off, spoilt
     from pytest_dvp.verdicts.harmless_side import NOTE, harmless_notes
     from pytest_dvp.verdicts.judging import default_gates, judge, never_fired, read_gates, unjudged
 
     kept = _kept(stored) if stored.is_file() else {}
     log = dataclasses.replace(log, tick_time=kept.get("tick_time") or None)
     bounds = read_gates(gates) if gates is not None else default_gates()
-    verdicts = judge(bounds, log)
+    verdicts = [*spoilt(log), *judge(bounds, log)]  # a dry run or one over a faulty wire passes by no gates
+    if not kept:
+        verdicts = [*broke_off(log), *verdicts]
     result = {**kept, **result_of(log, verdicts, measure(log))}
     if gates is None and kept:
         result.update({key: kept[key] for key in ("status", "scenario", "verdicts")})

@@ -34,7 +34,6 @@ from vehicle.messages import TICK
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.drive.run_options import RunOptions
-    from pytest_dvp.verdicts.judging import Verdict
 
 DURATION = 60.0  # s, of a run that nothing else ends
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
@@ -242,8 +241,10 @@ def _same_test(folder: Path, stage: str, request: Request, rehearsed: Log) -> bo
 
 def _interrupted(request: Request, ready: Any, loop: Loop, ended: str, replay: str) -> RunResult:
     """The result of a run that SIGINT has ended: its log, and an ERROR. Nothing is measured: the user waits."""
+    from pytest_dvp.drive.run_verdicts import broken
+
     log, error = ready.recorder.finish(), str(loop.error)
-    verdict = _broken(error, log.duration)
+    verdict = broken(error, log.duration)
     return RunResult(
         log=log,
         verdicts=(verdict,),
@@ -272,7 +273,7 @@ def _judged(
 ) -> RunResult:
     from openscenario.no_effect import without_effect
     from pytest_dvp.drive.run_folder import measure
-    from pytest_dvp.drive.wire_log import wire_verdict
+    from pytest_dvp.drive.run_verdicts import broken, spoilt
     from pytest_dvp.metrics.task_outcome import storyboard_events
     from pytest_dvp.verdicts.harmless_side import harmless_notes
     from pytest_dvp.verdicts.judging import judge, never_fired, overall, unjudged
@@ -283,13 +284,9 @@ def _judged(
     of_commands = (*loop.commands.findings(), *loop.commands.ignored(log.meta.get("model", {})))
     findings = (*of_road(ready.network), *of_commands, *loop.plausibility.findings())
     measured = measure(log)
-    verdicts = tuple(judge(ready.gates, log))
-    if (troubled := wire_verdict(log)) is not None:
-        verdicts = (troubled, *verdicts)
-    if log.meta.get("vehicle", {}).get("armed") is False:
-        verdicts = (_dry(), *verdicts)
+    verdicts = (*spoilt(log), *judge(ready.gates, log))
     if error is not None:
-        verdicts = (_broken(error, log.duration), *verdicts)
+        verdicts = (broken(error, log.duration), *verdicts)
     return RunResult(
         log=log,
         verdicts=verdicts,
@@ -367,19 +364,3 @@ def _unused_arming(request: Request) -> tuple[str, ...]:
         return ()
     what = "the twin" if request.spec.stage == "dt" else "a recording"
     return (f"arming file {shown(request.spec.arming)} is not used: stage {request.spec.stage} drives {what}",)
-
-
-def _dry() -> Verdict:
-    """The verdict of a real car that was not armed: nothing that its log shows is the stack's doing."""
-    from pytest_dvp.verdicts.judging import Verdict
-
-    text = "dry run INCONCLUSIVE: no command reached the car; both keys arm it: --vehicle NAME and --arming FILE"
-    return Verdict("dry run", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, "", None)
-
-
-def _broken(error: str, t: float) -> Verdict:
-    """The verdict of a run that broke off: an ERROR, whatever its gates say of the rest."""
-    from pytest_dvp.verdicts.judging import Verdict
-
-    text = f"run ERROR: {error.strip().splitlines()[-1]} at t={t:.2f} s"
-    return Verdict("run", "", "ERROR", None, "", None, None, t, "", text, text, "", None)

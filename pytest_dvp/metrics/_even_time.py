@@ -19,7 +19,8 @@ Cutoff: TypeAlias = Annotated[float, Range(0.1)]  # Hz, chosen: less leaves noth
 def uniform(log: Log, name: str) -> tuple[FloatArray, FloatArray]:
     """Times and values of a column on an even time base; resampled linearly if that of the log is uneven.
 
-    Raises Undefined if it was not measured throughout, or the time does not increase.
+    Raises Undefined if it was not measured throughout, which a hole in the time base says as well, or the time does not
+    increase.
 
     Both (n,); times in [s], values in the unit of the column.
     """
@@ -32,5 +33,10 @@ def uniform(log: Log, name: str) -> tuple[FloatArray, FloatArray]:
     step = float(t[-1] - t[0]) / (len(t) - 1)
     if np.abs(steps - step).max() <= 1e-3 * step:
         return t, values
+    from pytest_dvp.gap.compare.segments import longest_step
+
+    hole = int(np.argmax(steps))
+    if steps[hole] > longest_step(t):  # a line through it would tell a calm drive
+        raise Undefined(f"{name} was not measured throughout: a hole of {steps[hole]:.1f} s from t={t[hole]:.2f} s on")
     even = np.linspace(t[0], t[-1], max(4, round(float(t[-1] - t[0]) / float(np.median(steps))) + 1))
     return even, np.interp(even, t, values)

@@ -1,19 +1,32 @@
-"""How long a sample of a road user stands for."""
+"""How long a sample stands for: of a road user, or of the log."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.logs.log_contents import FloatArray
 
-GAP = 3.0  # steps; a longer one is a time in which the road user was not there; chosen: two lost samples are none
+GAP = 3.0  # steps; a longer one is a time in which nothing was there or recorded; chosen: two lost samples are none
 
 
 def steps(t: FloatArray) -> FloatArray:
     """Time [s] until the next sample, (n,), of samples at `t` (n,) [s]; the last one stands for none, and one before a
-    longer gap, in which the road user was not there, for the usual step."""
+    longer gap, in which the road user was not there or nothing was recorded, for the usual step."""
     step = np.diff(t, append=t[-1])
     if len(t) < 3:
         return np.asarray(step)
     usual = float(np.median(np.diff(t)))
     return np.where(step > GAP * usual, usual, step)
+
+
+def exposed(t: FloatArray, rows: NDArray[np.bool_], step: float) -> float:
+    """Time [s] of the `rows` (n,) of samples at `t` (n,) [s], by `steps`; of some rows at least one usual step.
+
+    A moment in the last sample, as before a contact that ends the run, has no step of its own but is one all the same.
+    step: the usual one [s] where `t` is a single sample.
+    """
+    if not rows.any():
+        return 0.0
+    usual = float(np.median(np.diff(t))) if len(t) > 1 else step
+    return max(float(steps(t)[rows].sum()), usual)

@@ -10,6 +10,7 @@ from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
+from pytest_dvp.metrics._presence import exposed
 from pytest_dvp.metrics.metric import Measured, Positive, Series, metric
 
 
@@ -41,8 +42,8 @@ def lane_time_outside(log: Log, *, width: Positive = math.nan) -> Measured:
     if not np.isfinite(over).any():
         raise Undefined("the ego was never beside the line of its lane, or the width of the lane was not measured")
     out = over > 0.0
-    step = np.diff(log.t, append=log.t[-1])
     worst = int(np.argmax(np.where(out, over, -np.inf))) if out.any() else None
-    value = max(float(step[out].sum()), float(np.median(np.diff(log.t)))) if out.any() else 0.0
     extra = {"farthest": float(np.nanmax(over))}
-    return Measured(value, None if worst is None else float(log.t[worst]), "", Series(log.t, over), extra)
+    return Measured(
+        exposed(log.t, out, 0.0), None if worst is None else float(log.t[worst]), "", Series(log.t, over), extra
+    )

@@ -53,7 +53,7 @@ def accel_roughness(log: Log, *, signal: str = "accel_cmd", cutoff: Cutoff = CUT
     rate = np.gradient(asked, step)
     rough = rate - _smooth(rate, step, cutoff)
     worst = int(np.argmax(np.abs(rough)))
-    return Measured(float(np.sqrt(np.mean(rough**2))), float(t[worst]), "", Series(t, rate))
+    return Measured(float(np.sqrt(np.mean(rough**2))), float(t[worst]), "", Series(t, rough))
 
 
 def _acceleration(log: Log, cutoff: float) -> tuple[FloatArray, FloatArray]:

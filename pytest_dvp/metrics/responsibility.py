@@ -11,7 +11,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._box_gaps import corners_seen_by
 from pytest_dvp.metrics._pairs import pairs
-from pytest_dvp.metrics._presence import steps
+from pytest_dvp.metrics._presence import exposed
 from pytest_dvp.metrics.metric import Measured, NotNegative, Positive, metric
 
 _UNDECLARED = math.nan
@@ -52,12 +52,13 @@ def rss_violation(
     if missing:
         raise Undefined(f"RSS parameters are not declared: {', '.join(missing)}")
     total, worst, when, who = 0.0, 0.0, None, ""
+    step = float(np.median(np.diff(log.t)))
     for name, t, ego, box in pairs(log):
         along, across, u, w, p, q = _seen(ego, box)
         need = safe_longitudinal(u, w, response_time, max_acceleration, min_braking, max_braking)
         aside = safe_lateral(p, q, response_time, lateral_acceleration, lateral_braking, lateral_margin)
         bad = (along < need) & (across < aside)
-        total += float(steps(t)[bad].sum())
+        total += exposed(t, bad, step)
         short = np.where(bad, need - along, 0.0)
         k = int(np.argmax(short))
         if short[k] > worst:

@@ -6,6 +6,7 @@ import numpy as np
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics._presence import exposed
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 
@@ -19,8 +20,5 @@ def road_departure(log: Log) -> Measured:
     if on_road is None or not np.isfinite(on_road).any():
         raise Undefined("the column on_road was not measured")
     off = on_road < 0.5
-    step = np.diff(log.t, append=log.t[-1])
     when = float(log.t[np.argmax(off)]) if off.any() else None
-    # A departure in the very last sample has no step of its own but is one all the same.
-    value = max(float(step[off].sum()), float(np.median(np.diff(log.t)))) if off.any() else 0.0
-    return Measured(value, when, "", Series(log.t, np.where(off, 1.0, 0.0)))
+    return Measured(exposed(log.t, off, 0.0), when, "", Series(log.t, np.where(off, 1.0, 0.0)))

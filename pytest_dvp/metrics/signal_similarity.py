@@ -27,7 +27,8 @@ def mncc(model: Log, measured: Log, *, signal: str, max_lag: NotNegative = MAX_L
 
     `signal` is a column, `object.NAME.x` (x, y, yaw, vx, vy) for the true motion of an object, or `objects.x`,
     `objects.y` for all that the stack detected: ahead and to the left of the ego, tracks matched by assignment first,
-    each figure the mean over the matched tracks, weighted by their duration.
+    each figure the mean over the matched tracks, weighted by their duration. Of a heading (`yaw`, also `ads.yaw` and
+    that of an object) whole turns do not count.
     """
     result = _compare(model, measured, signal, max_lag)
     extra = {"lag": result.lag, "gain": result.gain}
@@ -65,7 +66,20 @@ def _compare(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness
         return _compare_seen(model, measured, signal, max_lag)
     one, other = _signal(model, signal), _signal(measured, signal)
     _check_common(one[0], other[0])
-    return _on_one_base(one, other, max_lag)
+    return _on_one_base(one, _by_whole_turns(one, other) if _is_heading(signal) else other, max_lag)
+
+
+def _is_heading(signal: str) -> bool:
+    return signal == "yaw" or signal.endswith(".yaw")
+
+
+def _by_whole_turns(model: Course, measured: Course) -> Course:
+    """The measured heading [rad] less the whole turns that lie between both: they point the same way."""
+    (t1, x1), (t2, x2) = model, measured
+    t = np.unique(np.concatenate([t1, t2]))
+    t = t[(t >= max(t1[0], t2[0])) & (t <= min(t1[-1], t2[-1]))]
+    apart = float(np.median(np.interp(t, t2, x2) - np.interp(t, t1, x1)))
+    return t2, x2 - 2.0 * np.pi * round(apart / (2.0 * np.pi))
 
 
 def _check_common(one: FloatArray, other: FloatArray) -> None:
@@ -144,4 +158,5 @@ def _signal(log: Log, name: str) -> Course:
     known = np.isfinite(values) & np.isfinite(t)
     if known.sum() < 2:
         raise Undefined(f"{name} was not measured")
-    return t[known], values[known]
+    # A stack or a driver may state headings between -pi and pi: their jumps are no motion
+    return t[known], np.unwrap(values[known]) if _is_heading(name) else values[known]

@@ -11,7 +11,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
-from pytest_dvp.metrics._presence import steps
+from pytest_dvp.metrics._presence import exposed
 from pytest_dvp.metrics.metric import Measured, Positive, Range, Series, metric
 
 RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a contact counts as this one
@@ -44,11 +44,12 @@ def tet(log: Log, *, critical: Positive = 2.0) -> Measured:
     """Time exposed to a critical time to collision: sum over steps and road users of the step where TTC < critical.
 
     Source: Arango et al., Sensors 2026, 26, 1338, whose table pins the threshold between 1.78 and 2.41 s. Two road
-    users count twice. Undefined without any object.
+    users count twice, and one that is critical in its last sample alone counts a step. Undefined without any object.
     """
     total, worst, when, worst_name = 0.0, np.inf, None, ""
+    step = float(np.median(np.diff(log.t)))
     for name, t, ttc in _ttc_of_objects(log):
-        total += float(steps(t)[ttc < critical].sum())
+        total += exposed(t, ttc < critical, step)
         least = int(np.argmin(ttc))
         if ttc[least] < min(worst, critical):
             worst, when, worst_name = float(ttc[least]), float(t[least]), name

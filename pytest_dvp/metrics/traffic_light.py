@@ -22,9 +22,10 @@ ROLLING = 0.5  # m/s; faster has set off
 def red_light(log: Log) -> Measured:
     """Number of traffic lights whose stop line the front of the ego crossed in driving direction while they were red.
 
-    Lines from meta `stop_lines` (where the OpenDRIVE signal stands), phases from the events "signal"; red is a state
-    that names red and not amber. Source: Vienna Convention on Road Signs and Signals (1968), article 23(1)(a)(ii): red
-    means that vehicles may not proceed beyond the stop line. Undefined if no light of the map was ever in a state.
+    Lines from meta `stop_lines` (where the OpenDRIVE signal stands), phases from the events "signal"; red is red alone
+    and red with amber. Source: Vienna Convention on Road Signs and Signals (1968), article 23(1)(a)(ii) and (iii): red
+    means that vehicles may not proceed beyond the stop line, and amber beside it does not affect that. Undefined if no
+    light of the map was ever in a state.
     """
     first: dict[str, float] = {}
     for name, t, ahead, beside, red in _lights(log):
@@ -120,12 +121,11 @@ def _lights(log: Log) -> Iterator[tuple[str, FloatArray, FloatArray, NDArray[np.
 
 
 def is_red(state: str) -> bool:
-    """Whether a state of a signal is red alone: "red", or "on;off;off", lamps from top to bottom."""
+    """Whether red is lit in a state of a signal, amber beside it or not: "red", "red;amber", or "on;off;off", lamps
+    from top to bottom."""
     word = state.strip().lower()
     lamps = [lamp.strip() for lamp in word.split(";")]
-    if len(lamps) >= 2:
-        return lamps[0] in ("on", "true", "1") and not any(lamp in ("on", "true", "1") for lamp in lamps[1:])
-    return "red" in word and "amber" not in word and "yellow" not in word
+    return lamps[0] in ("on", "true", "1", "red") if len(lamps) >= 2 else "red" in word
 
 
 def is_green(state: str) -> bool:

@@ -11,7 +11,7 @@ from pytest_dvp.verdicts.model_gate import CHANNELS, METRICS
 OF_MODEL = tuple(METRICS.values())  # metrics that compare a model's answer
 TRACK = ("x", "y", "yaw", "vx", "vy")  # of object.NAME.
 SEEN = ("objects.x", "objects.y")
-_COLUMNS = ("response_lag", "response_gain")
+_COLUMNS = ("response_lag", "response_gain", "repeated_commands", "steer_roughness", "accel_roughness")
 _TWO_LOGS = ("mncc", "bias", "lag", "gain")
 
 
@@ -28,7 +28,7 @@ def wrong_signal(metric: str, name: object) -> Wrong | None:
 
     What a driving stack logs of itself (`ads.`) only the log knows.
     """
-    if metric in (*OF_MODEL, "twin_error", "twin_chi2"):
+    if metric in (*OF_MODEL, "twin_error", "twin_chi2", "twin_gain"):
         known = (*CHANNELS, *(("position",) if metric == "twin_error" else ()))
     elif metric in (*_COLUMNS, *_TWO_LOGS):
         known = (*SIGNALS, *(SEEN if metric in _TWO_LOGS else ()))

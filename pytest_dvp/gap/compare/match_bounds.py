@@ -15,6 +15,9 @@ Bound: TypeAlias = float | Mapping[str, float]
 KINDS = ("rmse", "mncc", "lag", "gain")
 """What may be bounded. rmse, lag and gain from above (lag: |lag| [s]; gain: |gain - 1|), mncc from below."""
 
+NO_SIGNAL = "every signal"  # in place of a name, where a number for all signals bounds none: nothing was judged
+ALIKE = 0.5  # MNCC from which a signal tells a lag or a gain; chosen
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class BoundCheck:
@@ -50,7 +53,7 @@ def _apart(value: float, bound: float) -> tuple[str, str]:
 
 def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[BoundCheck]:
     """Each bound of each kind (see KINDS) held against a comparison, in order. A single number for lag or gain bounds
-    every signal that tells it: those with an MNCC of at least 0.5."""
+    every signal that tells it: those with an MNCC of at least 0.5. It does not hold if there is none."""
     return [_judged(comparison, *item) for item in _items(comparison, bounds)]
 
 
@@ -62,14 +65,20 @@ def _items(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> Iterat
         if isinstance(bound, Mapping):
             yield from ((kind, signal, float(value)) for signal, value in bound.items())
             continue
-        for signal, score in comparison.signals.items():
+        told = [
+            signal
+            for signal, score in comparison.signals.items()
             # Positions are known only up to each segment's start: they tell neither lag nor gain
-            if kind in ("rmse", "mncc") or (signal not in ("x", "y") and (score.mncc or 0.0) >= 0.5):
-                yield kind, signal, float(bound)
+            if kind in ("rmse", "mncc") or (signal not in ("x", "y") and (score.mncc or 0.0) >= ALIKE)
+        ]
+        yield from ((kind, signal, float(bound)) for signal in told or [NO_SIGNAL])
 
 
 def _judged(comparison: Comparison, kind: str, signal: str, bound: float) -> BoundCheck:
     unit = {"rmse": UNITS.get(signal, "-"), "lag": "s"}.get(kind, "-")
+    if signal == NO_SIGNAL:
+        why = f"no signal tells it: none that is compared, x and y aside, has an MNCC of {ALIKE:g} or more"
+        return BoundCheck(kind, signal, None, bound, unit, False, why)
     score = comparison.signals.get(signal)
     if score is None:
         why = comparison.not_compared.get(signal, "no such signal; known: " + ", ".join(CHANNELS))

@@ -163,6 +163,16 @@ def test_a_number_bounds_every_signal_that_tells_it() -> None:
     assert chosen[2].reason == "not compared (no such signal; known: x, y, yaw, v, yaw_rate, ax, ay, steer)"
 
 
+@pytest.mark.parametrize("kind", ["lag", "gain"])
+def test_a_number_that_no_signal_tells_does_not_hold(kind: str) -> None:
+    """A model of a car that drives on at one speed, beside one that speeds up and brakes: nothing would be judged."""
+    (check,) = judge_bounds(scored(x={}, y={}, v={"mncc": 0.24}, yaw={"mncc": None}), {kind: 0.05})
+    assert (check.value, check.holds) == (None, False)
+    assert str(check) == (
+        f"{kind} of every signal: no signal tells it: none that is compared, x and y aside, has an MNCC of 0.5 or more"
+    )
+
+
 @pytest.mark.parametrize("nothing", [None, NAN])
 def test_a_figure_that_is_not_defined_holds_no_bound(nothing: float | None) -> None:
     (check,) = judge_bounds(scored(v={"gain": nothing}), {"gain": {"v": 1.0}})

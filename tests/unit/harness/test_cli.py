@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import shutil
@@ -13,6 +14,8 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
 
 Write = Callable[..., Path]
 UNKNOWN = ('<Private entityRef="Ego">', '<Private entityRef="Egon">')
@@ -276,6 +279,28 @@ def test_report_by_other_gates_rewrites_the_result_too(scenario: Write) -> None:
     assert (result["status"], result["seed"], [v["metric"] for v in result["verdicts"]]) == ("FAIL", 3, ["max_jerk"])
     assert result["replay"].endswith("--seed 3 --gates other.toml")
     assert "<title>FAIL" in Path("runs/0001-x-dt/report.html").read_text()
+
+
+@pytest.mark.parametrize("what", ["wire", "dry run", "run"])
+def test_no_gates_let_a_spoilt_run_pass(scenario: Write, what: str) -> None:
+    """Faults on the wire, a car that was not armed, a stack that broke: judged again, and without its result.json."""
+    main(["run", str(scenario())])
+    folder = Path("runs/0001-x-dt")
+    log = Log.load(folder)
+    if what == "dry run":
+        log.meta["vehicle"] = {"armed": False}
+    told = {"wire": ("wire", "/vehicle/odom", "lost: 12 messages"), "run": ("fault", "stack", "it raised ValueError")}
+    more = (LogEvent(0.2, *told[what]),) if what in told else ()
+    dataclasses.replace(log, events=(*log.events, *more)).save(folder / "log.mcap")
+    Path("other.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
+    status = "ERROR" if what == "run" else "INCONCLUSIVE"
+    if what == "run":
+        (folder / "result.json").unlink()
+    for words in (["--gates", "other.toml"], []):
+        assert main(["report", str(folder), *words]) == 1
+        result = json.loads((folder / "result.json").read_text())
+        assert (result["status"], result["verdicts"][0]["gate"]) == (status, what)
+        (folder / "result.json").unlink()
 
 
 def test_report_of_a_log_without_its_result_says_that_the_default_gates_judged(

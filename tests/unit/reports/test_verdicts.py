@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+import pytest
+
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
+from pytest_dvp.verdicts.gate import Gate
+from pytest_dvp.verdicts.judging import judge
 from reports.verdicts import headline, rows
 
 
@@ -38,6 +45,15 @@ def test_least_value_uses_its_bound_the_other_way() -> None:
 def test_the_share_is_the_one_that_the_verdict_tells() -> None:
     (row,) = rows([verdict("mncc", 0.9999, 0.999, sign=">=", used=0.1)])
     assert (row.used, row.used_percent) == (0.1, 10.0)
+
+
+@pytest.mark.parametrize(("value", "limit"), [(1.0, "≥ 1"), (2.0, "≤ 2")])
+def test_just_at_one_of_two_bounds_the_sign_is_of_that_one(value: float, limit: str) -> None:
+    began = tuple(LogEvent(float(k), "story.event", "E", "> runningState") for k in range(int(value)))
+    log = Log({"t": np.arange(10.0)}, events=began, meta={"storyboard_events": ["E"]})
+    found = judge([Gate("event_started", min=1.0, max=2.0, options={"event": "E"})], log)
+    (row,) = rows([found[0].as_dict()])
+    assert (row.status, row.limit) == ("PASS", limit)
 
 
 def test_inconclusive_stands_before_passes() -> None:

@@ -273,8 +273,8 @@ def lit(*phases: tuple[float, str], x: Any, v: Any = 5.0, y: float = 0.0) -> Any
 @pytest.mark.parametrize(
     ("state", "red", "green"),
     [
-        ("red", True, False), (" Red ", True, False), ("red amber", False, False), ("red-yellow", False, False),
-        ("green", False, True), ("on;off;off", True, False), ("on;on;off", False, False), ("off;off;on", False, True),
+        ("red", True, False), (" Red ", True, False), ("red amber", True, False), ("red-yellow", True, False),
+        ("green", False, True), ("on;off;off", True, False), ("on;on;off", True, False), ("off;off;on", False, True),
         ("1;0", True, False), ("0;1", False, False), ("true;false;false", True, False), ("off", False, False),
         ("off;on;off", False, False),
     ],

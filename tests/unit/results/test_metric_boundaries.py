@@ -88,13 +88,15 @@ def test_the_light_that_turns_green_is_the_one_that_is_waited_for() -> None:
     [
         ("red", True, False),
         (" Red ", True, False),
-        ("red amber", False, False),
-        ("red;yellow", False, False),
+        ("red amber", True, False),  # Vienna Convention on Road Signs, article 23: red still holds
+        ("red;yellow", True, False),
+        ("amber", False, False),
+        ("amber;off;off", False, False),
         ("green", False, True),
         ("on;off;off", True, False),
         ("true;false;false", True, False),
         ("1;0;0", True, False),
-        ("on;on;off", False, False),  # soon green
+        ("on;on;off", True, False),  # soon green, and red until then
         ("off;on;off", False, False),
         ("off;off;on", False, True),
         ("0 ; 0 ; 1", False, True),

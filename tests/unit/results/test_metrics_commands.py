@@ -64,6 +64,8 @@ def test_roughness_of_a_command_is_that_of_its_fast_part() -> None:
     found = compute("accel_roughness", log_of(20.0, columns={"accel_cmd": slow + fast}))
     sampled = 0.1 * math.sin(2.0 * math.pi * 8.0 * 0.01) / 0.01 / math.sqrt(2.0)  # by central differences
     assert found.value == pytest.approx(sampled, rel=0.02)
+    assert found.series is not None
+    assert found.value == pytest.approx(float(np.sqrt(np.mean(found.series.value**2))))  # the course is that of it, too
 
 
 def estimate(values: FloatArray) -> Log:

@@ -123,8 +123,10 @@ def test_red_light_counts_lines_crossed_while_red() -> None:
     crossed = (30.0 - FRONT) / 4.0
     run = compute("red_light", at_light(4.0, (0.0, "green"), (3.0, "red")))
     assert (run.value, run.t, run.object) == (1.0, pytest.approx(crossed, abs=0.011), "1")
-    for phases in [((0.0, "green"),), ((0.0, "red"), (5.0, "green")), ((0.0, "red;amber"),)]:
+    for phases in [((0.0, "green"),), ((0.0, "red"), (5.0, "green")), ((0.0, "amber"),)]:
         assert compute("red_light", at_light(4.0, *phases)).value == 0.0
+    # About to turn green: it must still wait (Vienna Convention on Road Signs, article 23)
+    assert compute("red_light", at_light(4.0, (0.0, "red"), (5.0, "red;amber"), (7.0, "green"))).value == 1.0
     assert not compute("red_light", at_light(4.0)).valid
     assert not compute("red_light", log_of()).valid
 

@@ -66,6 +66,41 @@ def test_beside_a_line_the_ego_is_not_beyond_it() -> None:
     assert (found.value, found.t) == (pytest.approx(-1.01), pytest.approx(3.99))
 
 
+# --- a log of a car whose logger paused for 10 s
+
+
+def paused(**columns: Any) -> Log:
+    """0 to 5 s and 15 to 20 s at 100 Hz, as two parts of a drive that were written into one file."""
+    t = np.concatenate([np.arange(500) * 0.01, 15.0 + np.arange(500) * 0.01])
+    still = dict.fromkeys(("y", "yaw", "v", "yaw_rate", "steer", "steer_cmd", "accel_cmd"), np.zeros(1000))
+    return Log({"t": t, "x": 10.0 * t, **still, **columns}, meta={"ego": EGO}, reference=LINE)
+
+
+LINE = np.array([[-10.0, 0.0], [300.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("max_jerk", "v"), ("max_deceleration", "v"), ("max_acceleration", "v"), ("max_lateral_acceleration", "v"),
+        ("max_lateral_jerk", "v"), ("max_steer_rate", "steer"), ("steer_roughness", "steer_cmd"),
+        ("accel_roughness", "accel_cmd"),
+    ],
+)  # fmt: skip
+def test_a_hole_in_a_log_was_not_driven_calmly(name: str, column: str) -> None:
+    """From 10 m/s before the hole to 5 m/s behind it: a line through it is 0.5 m/s^2, and a stop is possible."""
+    found = compute(name, paused(v=np.repeat([10.0, 5.0], 500)))
+    assert found.reason == f"{column} was not measured throughout: a hole of 10.0 s from t=4.99 s on"
+
+
+@pytest.mark.parametrize("name", ["road_departure", "lane_time_outside"])
+def test_a_hole_in_a_log_is_no_time_outside(name: str) -> None:
+    """Beside the road in the last sample before the hole: for a step, not for 10 s."""
+    y = np.where(np.arange(1000) == 499, 3.0, 0.0)
+    log = paused(y=y, on_road=np.where(y > 0.0, 0.0, 1.0), lane_width=np.full(1000, 3.5))
+    assert compute(name, log).value == pytest.approx(0.01)
+
+
 # --- who is ahead and who was seen
 
 

@@ -13,6 +13,8 @@ from results_logs import drive_straight, log_of, relaxed, times, track
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics._polyline import lateral_offsets
+from pytest_dvp.verdicts.gate import Gate
+from pytest_dvp.verdicts.judging import judge
 
 STRAIGHT = np.column_stack((np.arange(-10.0, 111.0), np.zeros(121)))
 
@@ -80,6 +82,20 @@ def test_overlapping_boxes_collide_without_a_world_that_says_so() -> None:
     result = compute("collision", log)
     assert (result.value, result.object) == (1.0, "target")
     assert result.t == pytest.approx(7.5)
+
+
+def test_a_reported_collision_stands_whatever_else_was_not_measured() -> None:
+    """The world reports that a was hit; where b was at 2 s, or how large the ego is, is not known."""
+    car = track(times()[::5], 500.0, 0.0)
+    car.x[40] = np.nan
+    hit = (LogEvent(4.0, "collision", "a"),)
+    for meta in ({}, {"ego": None}):
+        log = drive_straight(5.0, events=hit, objects={"b": car}, meta=meta)
+        found = compute("collision", log)
+        assert (found.value, found.t, found.object, found.reason) == (1.0, 4.0, "a", "")
+        assert [verdict.status for verdict in judge([Gate("collision", max=0.0)], log)] == ["FAIL"]
+    unknown = compute("collision", drive_straight(5.0, objects={"b": car}))
+    assert unknown.reason == "position or speed of b is not measured at t=2.00 s"
 
 
 def test_empty_world_has_no_collision() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from results_logs import log_of, relaxed, times, track
 
 from pytest_dvp.logs.likeness import likeness
+from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.metrics import compute
 
@@ -49,6 +51,25 @@ def test_gain_is_measured_over_model_and_mncc_is_blind_to_it() -> None:
     assert result.value == pytest.approx(1.0, abs=1e-6)
     assert result.extra["gain"] == pytest.approx(0.75, rel=1e-6)
     assert result.extra["lag"] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("signal", ["yaw", "ads.yaw", "object.car.yaw"])
+@pytest.mark.parametrize("turns", [0.0, 1.0, -3.0])
+def test_whole_turns_are_no_difference_of_headings(signal: str, turns: float) -> None:
+    """A car that goes west, its heading around pi: one side wraps it to between -pi and pi, or counts further turns."""
+    heading, measured = np.pi + 0.2 * bump(T, 15.0), np.pi + 0.02 + 0.2 * bump(T, 15.3)
+    told = measured + 2.0 * np.pi * turns if turns else np.remainder(measured + np.pi, 2.0 * np.pi) - np.pi
+    assert turns or np.ptp(told) > 6.0  # it jumps
+
+    def log(yaw: FloatArray) -> Log:
+        car = dataclasses.replace(track(T, 0.0, 0.0), yaw=yaw)
+        return log_of(40.0, columns={"yaw": yaw, "ads.yaw": yaw}, objects={"car": car})
+
+    found = compute("bias", log(heading), log(told), signal=signal)
+    assert found.value == pytest.approx(0.02, abs=1e-4)
+    assert found.extra["lag"] == pytest.approx(0.3)
+    assert found.extra["gain"] == pytest.approx(1.0)
+    assert found.extra["mncc"] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_lag_beyond_the_window_is_not_looked_for() -> None:

@@ -157,6 +157,25 @@ def test_exposure_threshold_is_a_parameter() -> None:
     assert compute("tet", log, critical=1.0).value == 0.0
 
 
+@pytest.mark.parametrize("since", [9.95, 10.0])  # two samples 0.05 s apart, or the very last one alone
+def test_who_appears_at_the_very_end_is_an_exposure(since: float) -> None:
+    """A car 3.3 m ahead of the bumper in the last sample: a log that a contact ends holds no step of it."""
+    t = times()[::5]
+    cars = {"far": track(t, 500.0, 0.0), "near": track(t[t >= since - 1e-9], 58.0, 0.0)}
+    log = drive_straight(5.0, objects=cars)
+    found = compute("tet", log)
+    assert (found.value, found.object) == (pytest.approx(0.05 if since < 10.0 else 0.01), "near")
+    rss = {"response_time": 0.5, "max_acceleration": 2.0, "max_braking": 8.0, "min_braking": 4.0,
+           "lateral_acceleration": 0.2, "lateral_braking": 0.8, "lateral_margin": 0.1}  # fmt: skip
+    assert compute("rss_violation", log, **rss).value == found.value
+
+
+def test_an_exposure_in_the_last_sample_of_a_track_counts_a_step() -> None:
+    """At 5 m/s the gap of 59.8 - 5 t [m] falls below 10 m, a TTC of 2 s, in the last sample alone."""
+    log = drive_straight(5.0, objects={"target": track(times()[::5], 64.5, 0.0)})
+    assert compute("tet", log).value == pytest.approx(0.05)
+
+
 def test_standing_beside_a_static_object_is_no_danger() -> None:
     log = log_of(objects={"parked": track(times()[::5], 1.2, 2.0)})
     result = compute("max_ttc_inverse", log)
