@@ -60,6 +60,8 @@ _FIX = {
     LATITUDE: re.compile(r"(gps|gnss|nav)?[ _]?lat(itude)?$", re.IGNORECASE),
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
+_MODE = re.compile(r"mode|engag|enabled|autonom|automat|autopilot|^ad_?active", re.IGNORECASE)
+_MODES = 10  # of a car; chosen
 HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _OTHER_MEANING = re.compile(
     r"(^|[\W_])(roll|pitch|phi_?[rp]|slip|sideslip|beta|temp(erature)?|press(ure)?|torque|current|voltage|fuel|gear|lap|curvature|"
@@ -291,3 +293,11 @@ def named_by_unit(
         if names:
             found.append((stream, field, names))
     return found
+
+
+def is_mode(stream: Stream, field: str) -> bool:
+    """Whether a field may say who drives: its name says mode or automation, and it holds a few whole numbers."""
+    values = stream.fields[field]
+    kinds = np.unique(values[np.isfinite(values)])
+    few = 1 < len(kinds) <= _MODES and bool(np.all(kinds == np.round(kinds)))
+    return few and bool(_MODE.search(field.rpartition(".")[2]))

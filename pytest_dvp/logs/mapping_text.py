@@ -11,9 +11,18 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.engagement import ENGAGED
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import SignalMap
-from pytest_dvp.logs.mapping_proposal import HAND_WHEEL, fix_of, guessed, named_by_unit, propose, quaternions_of
+from pytest_dvp.logs.mapping_proposal import (
+    HAND_WHEEL,
+    fix_of,
+    guessed,
+    is_mode,
+    named_by_unit,
+    propose,
+    quaternions_of,
+)
 from pytest_dvp.logs.signals import describe
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.time_column import clock_of, time_unit
@@ -140,6 +149,9 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
             *(["# ratio = 16.0  # hand wheel to road wheel, if it is that"] if "steer_cmd" in names else []),
         ]
         rest.remove((stream, field))
+    for stream, field in [one for one in rest if is_mode(*one)]:
+        lines += ["", *_mode(stream, field)]
+        rest.remove((stream, field))
     if rest:
         lines += ["", *_not_mapped(rest)]
     return "\n".join(lines) + "\n"
@@ -225,6 +237,18 @@ def _entry(signal: SignalMap, streams: Sequence[Stream], *, measured: bool = Fal
         "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
         f'unit = "{_quoted(signal.unit)}"{allowed}', *more,
     ]  # fmt: skip
+
+
+def _mode(stream: Stream, field: str) -> list[str]:
+    """The lines of a mode that may say whether the car obeys its commands."""
+    values = stream.fields[field]
+    seen = ", ".join(f"{value:g}" for value in np.unique(values[np.isfinite(values)]))
+    topic = [f'topic = "{_quoted(stream.topic)}"'] if stream.topic else []
+    entry = ["[[signal]]", f'name = "{ENGAGED}"', *topic, f'field = "{_quoted(field)}"', "when = [1]"]
+    return [
+        f"# perhaps who drives: it holds {seen}; write those into `when` with which the car obeys its commands",
+        *(f"# {line}" for line in entry),
+    ]
 
 
 def _quoted(text: str) -> str:

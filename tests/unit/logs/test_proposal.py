@@ -157,3 +157,20 @@ def test_what_is_wrong_in_an_entry_is_told_with_what_is_near(foreign: Path, entr
     with pytest.raises(LogError) as error:
         read_log("fahrt.csv", mapping=Path("map.toml"))
     assert said in str(error.value)
+
+
+def test_a_mode_waits_for_the_values_in_which_the_car_obeys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = drive(20.0)
+    mode = np.where(columns["t"] < 5.0, 4.0, 1.0)
+    head = "t [s],x [m],y [m],yaw [rad],v [m/s],yaw_rate [rad/s],steer_cmd [rad],accel_cmd [m/s^2],control_mode"
+    names = ("t", "x", "y", "yaw", "v", "yaw_rate", "steer_cmd", "accel_cmd")
+    rows = zip(*(columns[name] for name in names), mode, strict=True)
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([head, *(",".join(f"{v:.6f}" for v in row) for row in rows)]) + "\n", encoding="utf-8")
+    assert main(["map", str(log)]) == 0
+    text = capsys.readouterr().out
+    assert "# perhaps who drives: it holds 1, 4; write those into `when`" in text
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(re.sub(r"(?m)^# (?=\[\[signal|name = \"engaged|field = \"control|when)", "", text), "utf-8")
+    engaged = read_log(log, mapping=mapping)["engaged"]
+    assert np.array_equal(engaged, np.where(columns["t"] < 5.0, 0.0, 1.0))
