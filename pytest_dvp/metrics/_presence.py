@@ -1,4 +1,4 @@
-"""How long a sample stands for: of a road user, or of the log."""
+"""How long a sample stands for, of a road user or of the log, and whether samples stand for enough of a drive."""
 
 from __future__ import annotations
 
@@ -6,8 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
 
 GAP = 3.0  # steps; a longer one is a time in which nothing was there or recorded; chosen: two lost samples are none
+
+LEAST = 0.5  # share of a drive for which a signal must have been measured; chosen: less tells nothing of the drive
+
+
+def check_share(t: FloatArray, known: NDArray[np.bool_], name: str) -> None:
+    """Raises Undefined if the samples `known` (n,) of a signal stand for less than LEAST of the drive, t (n,) [s]."""
+    from pytest_dvp.gap.compare.segments import stands_for
+
+    share = float(stands_for(t, known).mean())
+    if share < LEAST:
+        whole = float(t[-1] - t[0])
+        raise Undefined(f"{name} was measured for {share * whole:.1f} s of {whole:.1f} s only")
 
 
 def steps(t: FloatArray) -> FloatArray:

@@ -11,13 +11,13 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.obeyed_commands import with_obeyed_commands
 from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics._presence import check_share
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.compare.compare import Comparison
 
 POSITION = "position"
-LEAST = 0.5  # share of a drive for which a signal must have been measured; chosen: less tells nothing of the drive
 
 
 @metric(
@@ -62,12 +62,7 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
 
 def check_measured(found: Comparison, name: str) -> None:
     """Raises Undefined if a signal of the comparison was measured for less than LEAST of the drive."""
-    from pytest_dvp.gap.compare.segments import stands_for
-
-    share = float(stands_for(found.t, np.isfinite(found.measured[name])).mean())
-    if share < LEAST:
-        whole = float(found.t[-1] - found.t[0])
-        raise Undefined(f"{name} was measured for {share * whole:.1f} s of {whole:.1f} s only")
+    check_share(found.t, np.isfinite(found.measured[name]), name)
 
 
 @functools.lru_cache(maxsize=2)
