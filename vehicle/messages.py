@@ -145,8 +145,24 @@ class Reading(msgspec.Struct, frozen=True):
     values: tuple[float, ...]
 
 
+LAMPS = ("red", "amber", "green")  # from top to bottom
+_ON, _OFF = ("on", "true", "1"), ("off", "false", "0")
+
+
+def lit_lamps(state: str) -> frozenset[str]:
+    """Which of LAMPS are lit in the state of a traffic signal: "red", "red;amber", "yellow", or "on;off;off", lamps
+    from top to bottom. Of two lamps without names only the upper one is known: it is red."""
+    word = state.strip().lower()
+    lamps = [lamp.strip() for lamp in word.split(";")]
+    if len(lamps) >= 2 and all(lamp in _ON + _OFF for lamp in lamps):
+        names = LAMPS[:1] if len(lamps) == 2 else (*LAMPS, *LAMPS[2:] * (len(lamps) - 3))
+        return frozenset(name for name, lamp in zip(names, lamps, strict=False) if lamp in _ON)
+    return frozenset(name for name in LAMPS if name in word or (name == "amber" and "yellow" in word))
+
+
 class SignalState(msgspec.Struct, frozen=True):
-    """State of a traffic signal of the map, by its OpenDRIVE id: "red", "amber", "green" or the file's own word."""
+    """State of a traffic signal of the map, by its OpenDRIVE id: "red", "amber", "green" or the file's own word, of
+    which `lit_lamps` makes lamps."""
 
     id: str
     state: str

@@ -20,7 +20,7 @@ from ads.planning.nets import NETS
 from ads.planning.overtaking import CREEPS, WAIT_GAP, Neighbour, Obstacle, Overtaking
 from ads.planning.petri_net import Net, NetSystem
 from ads.planning.scene import first_contact, objects_of, place
-from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription
+from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription, lit_lamps
 
 STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
 PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
@@ -184,10 +184,10 @@ class Behaviour:
             distance = signal.s - s - self._front - SIGNAL_GAP
             if distance < -SIGNAL_GAP or distance > 150.0:
                 continue
-            state = self._signals.get(signal.id, "green").lower()
-            if "red" in state and "amber" not in state:
+            lamps = lit_lamps(self._signals.get(signal.id, "green"))
+            if "red" in lamps:  # amber beside it lifts nothing (Vienna Convention on Road Signs 1968, art. 23)
                 return distance
-            if ("amber" in state or "yellow" in state) and v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0):
+            if "amber" in lamps and v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0):
                 return distance
         return FREE
 

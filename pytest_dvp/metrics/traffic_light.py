@@ -13,6 +13,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics.metric import Measured, Positive, metric
+from vehicle.messages import lit_lamps
 
 BACK = 50.0  # m before the line from which on a red light is the ego's
 ROLLING = 0.5  # m/s; faster has set off
@@ -121,15 +122,10 @@ def _lights(log: Log) -> Iterator[tuple[str, FloatArray, FloatArray, NDArray[np.
 
 
 def is_red(state: str) -> bool:
-    """Whether red is lit in a state of a signal, amber beside it or not: "red", "red;amber", or "on;off;off", lamps
-    from top to bottom."""
-    word = state.strip().lower()
-    lamps = [lamp.strip() for lamp in word.split(";")]
-    return lamps[0] in ("on", "true", "1", "red") if len(lamps) >= 2 else "red" in word
+    """Whether red is lit in a state of a signal, amber beside it or not."""
+    return "red" in lit_lamps(state)
 
 
 def is_green(state: str) -> bool:
-    """Whether a state of a signal lets traffic go: "green", or "off;off;on", lamps from top to bottom."""
-    word = state.strip().lower()
-    lamps = [lamp.strip() for lamp in word.split(";")]
-    return lamps[-1] in ("on", "true", "1") if len(lamps) >= 3 else "green" in word
+    """Whether a state of a signal lets traffic go."""
+    return "green" in lit_lamps(state)

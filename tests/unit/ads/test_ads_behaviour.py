@@ -152,11 +152,12 @@ def test_follows_a_slower_vehicle_at_its_speed():
     assert watch.least > 5.0
 
 
-def test_stops_at_a_red_light_and_goes_at_green():
+@pytest.mark.parametrize(("stop", "go"), [("red", "green"), ("on;off;off", "off;off;on"), ("red;amber", "green")])
+def test_stops_at_a_red_light_and_goes_at_green(stop, go):
     network = PlaneMap([(300.0, 0.0)], signal_at=60.0)
 
     def lights(t, car):
-        return {"signals": (SignalState("lamp", "red" if t < 25.0 else "green"),)}
+        return {"signals": (SignalState("lamp", stop if t < 25.0 else go),)}
 
     log, _ = run([], network, sense=lights)
     waiting = log.rows[480]
