@@ -56,6 +56,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "wheel_radius": {"ratio": (0.9, 1.1)},
     "gyro_bias": {"b": (-0.04, 0.04)},
     "yaw_rate_latency": {"T": (0.02, 0.5)},
+    "accelerometer_filter": {"tau": (0.015, 0.3)},
     "accelerometer_bias": {"b": (-0.6, 0.6)},
     "lateral_accelerometer_bias": {"b": (-0.6, 0.6)},
     "imu_misalignment": {"angle": (-0.2, 0.2)},
@@ -77,7 +78,14 @@ PERCEPTION: dict[str, dict[str, tuple[float, float]]] = {
 }
 # those that came after the first record: asked last in each round, and in no pair or triple, so that the questions of
 # that record stay as they were
-LATER = ("drive_torque_limit", "steer_sticking", "lateral_accelerometer_bias", "gear_inertia", "creep")
+LATER = (
+    "drive_torque_limit",
+    "steer_sticking",
+    "lateral_accelerometer_bias",
+    "gear_inertia",
+    "creep",
+    "accelerometer_filter",
+)
 # how strong an effect of no library is: times its typical size
 OUTSIDE_SCALE = (1.0, 2.0)
 

@@ -8,6 +8,7 @@ import pytest
 from plain_effects import Applied, applied, bus
 
 from vehicle.model.effects.accelerometer_bias import accelerometer_bias
+from vehicle.model.effects.accelerometer_filter import accelerometer_filter
 from vehicle.model.effects.body_pitch import body_pitch
 from vehicle.model.effects.front_wheel_speed import front_wheel_speed
 from vehicle.model.effects.gnss_latency import gnss_latency
@@ -146,3 +147,25 @@ def test_a_yaw_rate_comes_late() -> None:
     seen = drive(Applied(yaw_rate_latency, T=0.15))
     assert [x.meas_yaw_rate for x in seen] == pytest.approx([0.0, 0.0, 0.05, 0.15])  # type: ignore[attr-defined]
     assert [x.meas_yaw_rate for x in drive(Applied(yaw_rate_latency))] == pytest.approx([0.0, 0.1, 0.2, 0.3])  # type: ignore[attr-defined]
+
+
+def test_smoothed_accelerations_approach_a_step_exponentially() -> None:
+    """From 1 m/s^2 to 3 m/s^2 at a row, time constant 0.2 s, rows of 0.1 s: 1, then 3 - 2 exp(-t/0.2)."""
+    smoothed = Applied(accelerometer_filter, tau=0.2)
+    past = [1.0, 1.0, 3.0, 3.0, 3.0]  # what the step before each row had
+    now = [1.0, 3.0, 3.0, 3.0, 3.0]
+    seen = [
+        smoothed(bus(dt=0.1, meas_ax=a, meas_ay=-a, ax=b, ay=-b)) for a, b in zip(now, past, strict=True)
+    ]  # fmt: skip
+    expected = [1.0, 1.0, *(3.0 - 2.0 * math.exp(-0.1 * k / 0.2) for k in range(1, 4))]
+    assert [x.meas_ax for x in seen] == pytest.approx(expected)
+    assert [x.meas_ay for x in seen] == pytest.approx([-value for value in expected])
+    plain = Applied(accelerometer_filter)
+    assert [plain(bus(dt=0.1, meas_ax=a, ax=a)).meas_ax for a in (1.0, 3.0)] == [1.0, 3.0]
+
+
+def test_smoothed_accelerations_of_a_ramp_are_late_by_the_time_constant() -> None:
+    """The mean of a step is what lies in the middle of it; after seven time constants."""
+    smoothed = Applied(accelerometer_filter, tau=0.2)
+    seen = [smoothed(bus(dt=0.02, meas_ax=0.02 * k, ax=0.02 * (k - 0.5))) for k in range(70)]
+    assert seen[-1].meas_ax == pytest.approx(0.02 * 69 - 0.2, abs=0.003)

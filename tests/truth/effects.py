@@ -105,6 +105,7 @@ SENSORS: dict[str, dict[str, tuple[float, float, str]]] = {
     "wheel_radius": {"ratio": (1.0, 0.96, "-")},
     "gyro_bias": {"b": (0.0, 0.01, "rad/s")},
     "yaw_rate_latency": {"T": (0.0, 0.1, "s")},
+    "accelerometer_filter": {"tau": (0.0, 0.08, "s")},
     "accelerometer_bias": {"b": (0.0, 0.2, "m/s^2")},
     "lateral_accelerometer_bias": {"b": (0.0, 0.2, "m/s^2")},
     "imu_misalignment": {"angle": (0.0, 0.06, "rad")},

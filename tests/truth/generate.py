@@ -97,6 +97,14 @@ def late(signal: FloatArray, delay: float) -> FloatArray:
     return np.asarray(np.interp(stamps - delay / H, np.arange(len(signal)), signal))
 
 
+def smooth(signal: FloatArray, tau: float) -> FloatArray:
+    """The fine signal behind a first-order low pass of time constant `tau` [s], at rest before it."""
+    if tau <= 0.0:
+        return signal
+    kept = float(np.exp(-H / tau))
+    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], signal, zi=[kept * signal[0]])[0])
+
+
 def sensed(fine: FloatArray, effects: Effects) -> dict[str, FloatArray]:
     """What perfect sensors with the given sensor effects show at 50 Hz."""
     e = checked(effects)
@@ -108,7 +116,8 @@ def sensed(fine: FloatArray, effects: Effects) -> dict[str, FloatArray]:
     c, s = np.cos(columns["yaw"]), np.sin(columns["yaw"])
     arm_x, arm_y = of("gnss_lever_arm", "x"), of("gnss_lever_arm", "y")
     old = of("gnss_latency", "T")
-    ax, ay = late(columns["ax"], 0.0), late(columns["ay"], 0.0)
+    tau = of("accelerometer_filter", "tau")
+    ax, ay = (late(smooth(columns[name], tau), 0.0) for name in ("ax", "ay"))
     angle = of("imu_misalignment", "angle")
     ax, ay = (1.0 + of("pitch", "gain")) * ax, (1.0 + of("roll", "gain")) * ay
     ax, ay = np.cos(angle) * ax + np.sin(angle) * ay, np.cos(angle) * ay - np.sin(angle) * ax

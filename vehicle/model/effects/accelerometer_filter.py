@@ -1,0 +1,41 @@
+"""Smoothing of the accelerometers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ShownBy
+from vehicle.model.step_maths import lag
+
+MIDDLE = 1.5  # times from the start to the mean of the last step is about where it ended, with one step or two a row
+
+
+@effect(
+    name="accelerometer_filter",
+    slot="sensor",
+    order=5,  # before gains, turns and offsets, which a linear filter lets pass in any order
+    physics="sensor or bus smooths both accelerations before they are logged, which also makes them late",
+    equation="tau a_m' = a - a_m for ax and ay (cut-off 1/(2 pi tau))",
+    source="digital low-pass filter of an inertial sensor, as data sheets give its bandwidth",
+    parameters=(
+        Key("tau", "s", 0.015, 0.3, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="time constant"),
+    ),
+    memory=(Memory("x"), Memory("y"), Memory("last_x"), Memory("last_y"), Memory("begun")),
+    ties=("force_rise", "body_roll", "body_pitch"),
+    reveals="steps of the brake and of the steering, with a clock-synchronous speed and yaw rate logged",
+    shown_by=ShownBy(445, (("ax", "ay"), ("v", "vx", "x", "yaw_rate", "yaw"))),
+)
+def accelerometer_filter(x: Bus, p: Any, m: Any) -> None:
+    ax, ay = x.meas_ax, x.meas_ay
+    if m.begun == 0.0:
+        m.begun, m.x, m.y, m.last_x, m.last_y = 1.0, ax, ay, ax, ay
+    if p.tau > 0.0:
+        # From what the last row began with to what the last step came to: a command may have jumped since.
+        end_x = m.last_x + MIDDLE * (x.ax - x.ax_x * x.yaw_rate * x.yaw_rate - m.last_x)
+        end_y = m.last_y + MIDDLE * (x.ay + x.lean_y - m.last_y) if x.ay_x == 0.0 else ay
+        _, m.x = lag(m.x, 0.5 * (m.last_x + end_x), 0.5 * (m.last_x - end_x), p.tau, x.dt)
+        _, m.y = lag(m.y, 0.5 * (m.last_y + end_y), 0.5 * (m.last_y - end_y), p.tau, x.dt)
+        x.meas_ax, x.meas_ay = m.x, m.y
+    m.last_x, m.last_y = ax, ay
