@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
-from openscenario.road.plan_reader import MAX_LENGTH, bounded, read_cubics
+from openscenario.road.plan_reader import MAX_LENGTH, bounded, in_order, read_cubics
 from openscenario.xml import Node
 
 MAX_LANES = 255  # on one side
@@ -120,11 +120,9 @@ def _height(attributes: Attributes, node: Node) -> LaneHeight:
 def _read_lane(attributes: Attributes, node: Node) -> Lane:
     parts = by_tag(node)
     heights = tuple(_height(attributes, node) for node in parts.get("height", ()))
-    speeds = []
-    for speed in parts.get("speed", ()):
-        limit = read_speed(attributes, speed)
-        if limit is not None:
-            speeds.append(SpeedLimit(attributes.number(speed, "sOffset", 0.0), limit))
+    stated = [(each, read_speed(attributes, each)) for each in parts.get("speed", ())]
+    limits = [(each, limit) for each, limit in stated if limit is not None]
+    speeds = [SpeedLimit(attributes.number(each, "sOffset", 0.0), limit) for each, limit in limits]
     marks = tuple(
         RoadMark(attributes.number(m, "sOffset", 0.0), m.get("type", "none"), m.get("laneChange", "both"))
         for m in parts.get("roadMark", ())
@@ -138,7 +136,7 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         widths=read_cubics(attributes, parts.get("width", []), "sOffset"),
         borders=read_cubics(attributes, parts.get("border", []), "sOffset"),
         heights=heights,
-        speeds=tuple(speeds),
+        speeds=in_order(attributes, [each for each, _ in limits], speeds, "sOffset"),
         marks=marks,
         predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ()) if not _temporary(n)),
         successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ()) if not _temporary(n)),

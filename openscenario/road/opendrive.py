@@ -26,7 +26,7 @@ from openscenario.road.elements import (
 )
 from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals, refer
-from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
+from openscenario.road.plan_reader import MAX_LENGTH, in_order, read_cubics, read_geometries, read_shapes
 from openscenario.road.repairs import LENIENT, Roads, forbids, judged, repaired
 from openscenario.road.rules import check_network
 from openscenario.road.single_sides import complete_sides
@@ -234,6 +234,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
         attributes.report("value.empty", node, "the id is empty", attribute="id", found="nothing", allowed="an id")
     objects = by_tag(parts["objects"][0]) if "objects" in parts else {}
     signals = by_tag(parts["signals"][0]) if "signals" in parts else {}
+    types = parts.get("type", [])
     predecessor, successor = _read_links(attributes, parts.get("link", []))
     return Road(
         id=identity,
@@ -243,7 +244,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
         rule=cast(Rule, attributes.choice(node, "rule", ("RHT", "LHT"), "RHT")),
         predecessor=predecessor,
         successor=successor,
-        types=tuple(_read_type(attributes, item) for item in parts.get("type", ())),
+        types=in_order(attributes, types, [_read_type(attributes, item) for item in types], "s"),
         geometries=read_geometries(attributes, parts["planView"][0]) if "planView" in parts else (),
         elevations=read_cubics(attributes, elevation.get("elevation", [])),
         superelevations=read_cubics(attributes, lateral.get("superelevation", [])),

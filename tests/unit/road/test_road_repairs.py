@@ -198,3 +198,20 @@ def test_a_line_along_a_lane_that_ends_ends_with_it(tmp_path: Path) -> None:
         assert all(math.isfinite(value) for value in line.ravel())
         assert len(line) <= 31
     assert net.centreline([RouteLane("1", -2, 0.0, 60.0)], 1.0)[-1][0] == pytest.approx(29.0, abs=1.01)
+
+
+SORTED = "the records in the order of their places"
+
+
+def test_speed_limits_of_a_lane_out_of_order_hold_where_they_say(tmp_path: Path) -> None:
+    limits = '<speed sOffset="50" max="10"/><speed sOffset="0" max="20"/>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1, inside=cubic("width", 0, 3.5) + limits)])))
+    assert [load_network(path).lane_speed("1", -1, s) for s in (30.0, 60.0)] == [20.0, 10.0]
+    assert assumed(path) == [SORTED]
+
+
+def test_types_of_a_road_out_of_order_hold_where_they_say(tmp_path: Path) -> None:
+    types = '<type s="50" type="town"><speed max="10"/></type><type s="0" type="rural"><speed max="20"/></type>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{types}<planView>"))
+    assert [load_network(path).lane_speed("1", -1, s) for s in (30.0, 60.0)] == [20.0, 10.0]
+    assert assumed(path) == [SORTED]
