@@ -141,9 +141,25 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ()) if not _temporary(n)),
         successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ()) if not _temporary(n)),
         line=node.line,
-        direction=node.get("direction", "standard"),
+        direction=_direction(attributes, node),
         frictions=tuple(sorted(_frictions(parts.get("material", [])), key=lambda each: each.s)),
     )
+
+
+def _direction(attributes: Attributes, node: Node) -> str:
+    if not node.get("direction"):
+        return "standard"
+    found = attributes.choice(node, "direction", ("standard", "reversed", "both"), "standard")
+    if found == "both":
+        attributes.report(
+            "road.unsupported",
+            node,
+            "a lane for both directions is driven in one only, that of its side",
+            attribute="direction",
+            found=found,
+            severity="warning",
+        )
+    return found
 
 
 def _frictions(materials: list[Node]) -> Iterator[Friction]:

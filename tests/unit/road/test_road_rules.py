@@ -119,6 +119,10 @@ BROKEN = {
         one(PLAIN.replace("laneSection ", "laneSecton ", 1).replace("</laneSection", "</laneSecton")),
         "laneSecton",
     ),
+    "direction of a lane": (
+        one(section((), [lane(-1).replace("type=", 'direction="reverse" type=')])),
+        "lane@direction",
+    ),
     "attribute with a slip": (one(section((), [lane(-1, inside=WIDTH.replace("sOffset", "sOfset"))])), "width@sOfset"),
     "include of a file": (
         (*one(PLAIN), '<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="/etc/passwd"/>'),
@@ -175,3 +179,11 @@ def test_a_version_of_the_future_is_refused_by_name(tmp_path: Path) -> None:
     (finding,) = errors(path)
     assert finding.element == "OpenDRIVE/header@revMinor"
     assert "1.9" in finding.allowed
+
+
+def test_a_lane_for_both_directions_is_driven_in_one_with_a_warning(tmp_path: Path) -> None:
+    (finding,) = examine_opendrive(
+        write(tmp_path, *one(section((), [lane(-1).replace("type=", 'direction="both" type=')])))
+    )[1]
+    assert (finding.severity, finding.found) == ("warning", "both")
+    assert finding.element.endswith("lane@direction")
