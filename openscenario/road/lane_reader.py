@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
+from openscenario.road.elements import Cubic, Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
 from openscenario.road.plan_reader import MAX_LENGTH, bounded, in_order, read_cubics
 from openscenario.xml import Node
 
 MAX_LANES = 255  # on one side
 MAX_HEIGHT = 100.0  # m of a lane above its road: kerbs are lower
+LATE = 1e-3  # m into a section; chosen: a first width up to there is one from the beginning, rounded
 _TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 
 
@@ -133,8 +134,8 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         id=number,
         type=attributes.text(node, "type", "none" if number == 0 else None),  # few files say it of the centre
         level=attributes.choice(node, "level", ("false", "true", "0", "1"), "false") in ("true", "1"),
-        widths=read_cubics(attributes, parts.get("width", []), "sOffset"),
-        borders=read_cubics(attributes, parts.get("border", []), "sOffset"),
+        widths=_from_start(attributes, parts.get("width", [])),
+        borders=_from_start(attributes, parts.get("border", [])),
         heights=heights,
         speeds=in_order(attributes, [each for each, _ in limits], speeds, "sOffset"),
         marks=marks,
@@ -144,6 +145,25 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         direction=_direction(attributes, node),
         frictions=tuple(sorted(_frictions(parts.get("material", [])), key=lambda each: each.s)),
     )
+
+
+def _from_start(attributes: Attributes, nodes: list[Node]) -> tuple[Cubic, ...]:
+    """Widths or borders of a lane; the first of them holds from the beginning of the section."""
+    records = read_cubics(attributes, nodes, "sOffset")
+    if not records or records[0].s <= 0.0:
+        return records
+    first = records[0]
+    if first.s > LATE:
+        attributes.report(
+            "road.lane_without_width",
+            nodes[0],
+            "the lane has no width or border from the beginning of its section on",
+            attribute="sOffset",
+            found=f"{first.s:g}",
+            allowed="0",
+            repair="the first one holds from there",
+        )
+    return (Cubic(0.0, first.a, 0.0, 0.0, 0.0), *records)
 
 
 def _direction(attributes: Attributes, node: Node) -> str:

@@ -215,3 +215,13 @@ def test_types_of_a_road_out_of_order_hold_where_they_say(tmp_path: Path) -> Non
     path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{types}<planView>"))
     assert [load_network(path).lane_speed("1", -1, s) for s in (30.0, 60.0)] == [20.0, 10.0]
     assert assumed(path) == [SORTED]
+
+
+@pytest.mark.parametrize(("late", "repairs"), [(10.0, ["the first one holds from there"]), (1e-5, [])])
+def test_a_first_width_that_begins_late_holds_from_the_beginning(
+    tmp_path: Path, late: float, repairs: list[str]
+) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1, inside=cubic("width", late, 3.5, 0.01))])))
+    net = load_network(path)
+    assert [net.lane_width("1", -1, s) for s in (0.0, 5e-6, late, late + 10.0)] == pytest.approx([3.5, 3.5, 3.5, 3.6])
+    assert assumed(path) == repairs

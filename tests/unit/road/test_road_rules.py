@@ -119,6 +119,14 @@ BROKEN = {
         one(PLAIN.replace("laneSection ", "laneSecton ", 1).replace("</laneSection", "</laneSecton")),
         "laneSecton",
     ),
+    "border on the other side of the centre": (
+        one(section((), [lane(-1, inside=cubic("border", 0, 3.5))])),
+        "lane",
+    ),
+    "border inside of a lane written by its width": (
+        one(section((), [lane(-1), lane(-2, inside=cubic("border", 0, -3.0))])),
+        "lane[1]",
+    ),
     "direction of a lane": (
         one(section((), [lane(-1).replace("type=", 'direction="reverse" type=')])),
         "lane@direction",
