@@ -57,8 +57,8 @@ class RunningLidar:
         self._line: Line[LidarScan] = Line(lidar.timing)
         # A ring divides the full turn evenly; an open field has a ray on each of its ends
         full = lidar.field_of_view >= 2.0 * pi - 1e-9
-        steps = lidar.azimuths if full else max(round(2.0 * pi / lidar.field_of_view * (lidar.azimuths - 1)), 1)
-        self._pitch = 2.0 * pi / steps
+        gaps = lidar.azimuths if full else lidar.azimuths - 1
+        self._pitch = (2.0 * pi if full else lidar.field_of_view) / gaps if gaps else 2.0 * pi
         self._first = -0.5 * self._pitch * (lidar.azimuths if full else lidar.azimuths - 1)
         angles = self._first + self._pitch * np.arange(lidar.azimuths)
         self._rays = np.column_stack((np.cos(angles), np.sin(angles)))
