@@ -39,6 +39,10 @@ class Lidar:
         if not 0.0 < self.field_of_view <= 2.0 * pi:
             found = f"{self.field_of_view:g}"
             raise ModelError("value not allowed", key="field_of_view", found=found, allowed="more than 0 to 2 pi rad")
+        for each in self.elevations:
+            if not -0.5 * pi < each < 0.5 * pi:
+                found, allowed = f"{each:g}", "between -pi/2 and pi/2 rad"
+                raise ModelError("value not allowed", key="elevations", found=found, allowed=allowed)
         if not 0.0 <= self.nearest < self.reach:
             raise ModelError("value not allowed", key="reach", found=f"{self.reach:g}", allowed="more than nearest")
 

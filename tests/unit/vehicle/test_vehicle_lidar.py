@@ -164,6 +164,9 @@ def test_impossible_scanners_are_refused() -> None:
         replace(QUIET, reach=0.1)
     with pytest.raises(ModelError, match="field_of_view"):
         replace(QUIET, field_of_view=7.0)
+    for tilt in (0.5 * pi, float("nan")):
+        with pytest.raises(ModelError, match="elevations"):
+            replace(QUIET, elevations=(0.0, tilt))
 
 
 @pytest.mark.parametrize("yaw", [pi / 2, 0.6, -0.6])
