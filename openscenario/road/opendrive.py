@@ -13,6 +13,7 @@ from openscenario.commonroad.source import ROOT
 from openscenario.commonroad.source import read as read_commonroad
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.contacts import with_contacts
 from openscenario.road.elements import (
     Connection,
     Contact,
@@ -117,6 +118,7 @@ def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
         junctions=tuple(_read_junction(attributes, node) for node in junction_nodes),
     )
     if not any(forbids(finding, version, LENIENT) for finding in attributes.findings):
+        network = msgspec.structs.replace(network, roads=with_contacts(attributes, network.roads, road_nodes))
         check_network(attributes, network, road_nodes)
     return network
 
