@@ -280,7 +280,10 @@ def _only_one(attributes: Attributes, parts: dict[str, list[Node]], names: tuple
 def _read_type(attributes: Attributes, node: Node) -> RoadType:
     speeds = node.findall("speed")
     speed = read_speed(attributes, speeds[0]) if speeds else None
-    return RoadType(attributes.number(node, "s", 0.0), attributes.choice(node, "type", ROAD_TYPES), speed)
+    s = attributes.number(node, "s", 0.0)
+    with attributes.repairing("a road of unknown type"):
+        kind = attributes.choice(node, "type", ROAD_TYPES)
+    return RoadType(s, kind, speed)
 
 
 def _read_links(attributes: Attributes, nodes: list[Node]) -> tuple[RoadLink | None, RoadLink | None]:

@@ -264,3 +264,10 @@ def test_a_ring_of_one_road_needs_no_contact_point(tmp_path: Path) -> None:
     assert (place.road, place.lane, place.s) == ("1", -1, pytest.approx(30.0))
     ends = net.file.roads[0].predecessor, net.file.roads[0].successor
     assert [each and each.contact for each in ends] == ["end", "start"]
+
+
+def test_a_road_of_a_type_that_the_standard_does_not_have_is_driven_on(tmp_path: Path) -> None:
+    kind = '<type s="0" type="highway"><speed max="20"/></type>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{kind}<planView>"))
+    assert assumed(path) == ["a road of unknown type"]
+    assert load_network(path).lane_speed("1", -1, 5.0) == 20.0
