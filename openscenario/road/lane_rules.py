@@ -42,10 +42,11 @@ def check_lanes(attributes: Attributes, road: Road, node: Node) -> None:
 
 def width_at(lane: Lane, ds: float) -> float:
     """Width [m] of a lane written by width records, ds [m] into its section; NaN if it is written by borders."""
-    return _value(lane.widths, ds)
+    return value_at(lane.widths, ds)
 
 
-def _value(records: Sequence[Cubic], ds: float) -> float:
+def value_at(records: Sequence[Cubic], ds: float) -> float:
+    """What the record that holds at ds [m] has there; NaN before the first one."""
     record = next((record for record in reversed(records) if record.s <= ds + 1e-9), None)
     if record is None:
         return math.nan
@@ -172,10 +173,10 @@ def _borders(
     records = [record for lane in section.lanes for record in (*lane.widths, *lane.borders)]
     stations = sorted({0.0, length, *(record.s for record in records if record.s <= length)})
     for side in (1, -1):
-        inner = [_value(road.lane_offsets, section.s + s) for s in stations]
+        inner = [value_at(road.lane_offsets, section.s + s) for s in stations]
         inner = [0.0 if math.isnan(t) else t for t in inner]
         for lane in sorted((lane for lane in section.lanes if lane.id * side > 0), key=lambda each: abs(each.id)):
-            outer = [_outer(lane, side, s, t) for s, t in zip(stations, inner, strict=True)]
+            outer = [outer_border(lane, side, s, t) for s, t in zip(stations, inner, strict=True)]
             inside = [s for s, a, b in zip(stations, inner, outer, strict=True) if side * (b - a) < -CROSSED]
             if _by_border(lane) and inside:
                 before = lane.id - side
@@ -194,7 +195,7 @@ def _by_border(lane: Lane) -> bool:
     return bool(lane.borders and not lane.widths)
 
 
-def _outer(lane: Lane, side: int, s: float, inner: float) -> float:
+def outer_border(lane: Lane, side: int, s: float, inner: float) -> float:
     """t [m] of a lane's outer border, s [m] into its section."""
-    value = _value(lane.borders if _by_border(lane) else lane.widths, s)
+    value = value_at(lane.borders if _by_border(lane) else lane.widths, s)
     return value if _by_border(lane) else inner + side * (0.0 if math.isnan(value) else value)
