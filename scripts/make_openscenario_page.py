@@ -168,7 +168,8 @@ FOUND = """
   Lanelets side by side become the lanes of one road, the bounds between them its lines; where lanelets of several roads
   meet, junctions join them. Obstacles follow their states and are there from the first to the last. The first planning
   problem is the task of an entity `Ego`: its start, its goal (lanelet or middle of a shape) and, as the end of the run,
-  the last time step. Speed signs are limits. Traffic lights, occupancy sets, environment obstacles and further planning
+  the last time step. Speed signs are limits. No car drives on sidewalks, crosswalks, bicycle lanes, borders,
+  shoulders, parking or restricted lanelets. Traffic lights, occupancy sets, environment obstacles and further planning
   problems are read over, with a warning. Against commonroad-io, middles of lanes differ by less than 5 cm on bends of
   60 m, and states of obstacles by at most 6 mm and 6 mrad (`tests/interop/test_commonroad_io.py`).
 - **Versions before 1.0** are refused. A missing `description` or `author` of the header is a warning.

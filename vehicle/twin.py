@@ -99,7 +99,7 @@ class Twin:
         task, self._task = self._task, None
         if self._perceived.changes:
             state = self._plant.state
-            surroundings = self._perceived.seen(self._t, state.x, state.y, state.yaw, surroundings)
+            surroundings = self._perceived.seen(self._t, state.x, state.y, state.yaw, surroundings, state.z)
         return self._running.observe(self._t, surroundings, task)
 
     def apply(self, command: Command) -> None:

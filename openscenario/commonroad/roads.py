@@ -23,7 +23,15 @@ SHORT: Final = 0.05  # m, of a connecting road; gaps below 0.1 m between roads a
 SAMPLES: Final = 16  # of a cubic, from which its length is taken
 STRAIGHT: Final = 1e-6  # rad between directions that are taken for one
 MOTORWAYS: Final = ("highway", "interstate", "mainCarriageWay", "accessRamp", "exitRamp")
-TYPES: Final = {"sidewalk": "sidewalk", "crosswalk": "sidewalk", "bicycleLane": "biking", "border": "border"}
+TYPES: Final = {
+    "sidewalk": "sidewalk",
+    "crosswalk": "sidewalk",
+    "bicycleLane": "biking",
+    "border": "border",
+    "shoulder": "shoulder",
+    "parking": "parking",
+    "restricted": "restricted",
+}  # all others are lanes to drive on
 Bound = list[Point]
 
 
@@ -308,19 +316,26 @@ def _lane_links(road: str, lane: int, direct: dict[RoadEnd, list[Pair]]) -> list
 def _lane(lanelet: Lanelet, number: int, widths: tuple[list[float], list[float]], links: list[tuple[str, int]]) -> Node:
     """A lanelet as a lane, with its widths [m] at stations [m]."""
     line = lanelet.line
-    kind = next((TYPES[each] for each in sorted(lanelet.kinds) if each in TYPES), "driving")
     parts = [element("link", line, *(element(tag, line, id=str(other)) for tag, other in links))]
     stations, values = widths
     for n in range(len(stations) - 1):
         slope = (values[n + 1] - values[n]) / (stations[n + 1] - stations[n])
         parts.append(element("width", line, sOffset=stations[n], a=values[n], b=slope, c=0.0, d=0.0))
-    if lanelet.speed is not None:
-        parts.append(element("speed", line, sOffset=0.0, max=lanelet.speed, unit="m/s"))
-    return element("lane", line, *parts, id=str(number), type=kind, level="false")
+    return element("lane", line, *parts, *_limit(lanelet), id=str(number), type=_type(lanelet), level="false")
+
+
+def _type(lanelet: Lanelet) -> str:
+    return next((TYPES[each] for each in sorted(lanelet.kinds) if each in TYPES), "driving")
+
+
+def _limit(lanelet: Lanelet) -> list[Node]:
+    if lanelet.speed is None:
+        return []
+    return [element("speed", lanelet.line, sOffset=0.0, max=lanelet.speed, unit="m/s")]
 
 
 def _connector(net: Map, name: str, junction: str, pair: Pair) -> Node:
-    """The short road of a junction from the end of a lane to the beginning of the next."""
+    """The short road of a junction from the end of a lane to the beginning of the next; a lane of the first's kind."""
     a, b = pair
     line = net.lines[a.road]
     n = len(line.points) - 1 if a.at_end else 0
@@ -333,7 +348,8 @@ def _connector(net: Map, name: str, junction: str, pair: Pair) -> Node:
     x, y = x - t * math.sin(h), y + t * math.cos(h)
     h += 0.0 if a.at_end else math.pi
     width = max(abs(edges[-1] - edges[-2]), 0.01)
-    at = members[abs(a.lane) - 1].line
+    lanelet = members[abs(a.lane) - 1]
+    at = lanelet.line
     links = [
         element(tag, at, elementType="road", elementId=end.road, contactPoint="end" if end.at_end else "start")
         for tag, end in (("predecessor", a), ("successor", b))
@@ -342,8 +358,8 @@ def _connector(net: Map, name: str, junction: str, pair: Pair) -> Node:
         "link", at, element("predecessor", at, id=str(a.lane)), element("successor", at, id=str(b.lane))
     )
     lane = element(
-        "lane", at, lane_link, element("width", at, sOffset=0.0, a=width, b=0.0, c=0.0, d=0.0),
-        id="-1", type="driving", level="false",
+        "lane", at, lane_link, element("width", at, sOffset=0.0, a=width, b=0.0, c=0.0, d=0.0), *_limit(lanelet),
+        id="-1", type=_type(lanelet), level="false",
     )  # fmt: skip
     centre = element("center", at, element("lane", at, id="0", type="none", level="false"))
     section = element("laneSection", at, centre, element("right", at, lane), s=0.0)

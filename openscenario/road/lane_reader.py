@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
-from openscenario.road.plan_reader import MAX_LENGTH, bounded, read_cubics
+from openscenario.road.elements import Cubic, Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
+from openscenario.road.plan_reader import MAX_LENGTH, bounded, in_order, read_cubics
 from openscenario.xml import Node
 
 MAX_LANES = 255  # on one side
 MAX_HEIGHT = 100.0  # m of a lane above its road: kerbs are lower
+LATE = 1e-3  # m into a section; chosen: a first width up to there is one from the beginning, rounded
 _TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 
 
@@ -120,11 +121,9 @@ def _height(attributes: Attributes, node: Node) -> LaneHeight:
 def _read_lane(attributes: Attributes, node: Node) -> Lane:
     parts = by_tag(node)
     heights = tuple(_height(attributes, node) for node in parts.get("height", ()))
-    speeds = []
-    for speed in parts.get("speed", ()):
-        limit = read_speed(attributes, speed)
-        if limit is not None:
-            speeds.append(SpeedLimit(attributes.number(speed, "sOffset", 0.0), limit))
+    stated = [(each, read_speed(attributes, each)) for each in parts.get("speed", ())]
+    limits = [(each, limit) for each, limit in stated if limit is not None]
+    speeds = [SpeedLimit(attributes.number(each, "sOffset", 0.0), limit) for each, limit in limits]
     marks = tuple(
         RoadMark(attributes.number(m, "sOffset", 0.0), m.get("type", "none"), m.get("laneChange", "both"))
         for m in parts.get("roadMark", ())
@@ -135,17 +134,52 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         id=number,
         type=attributes.text(node, "type", "none" if number == 0 else None),  # few files say it of the centre
         level=attributes.choice(node, "level", ("false", "true", "0", "1"), "false") in ("true", "1"),
-        widths=read_cubics(attributes, parts.get("width", []), "sOffset"),
-        borders=read_cubics(attributes, parts.get("border", []), "sOffset"),
+        widths=_from_start(attributes, parts.get("width", [])),
+        borders=_from_start(attributes, parts.get("border", [])),
         heights=heights,
-        speeds=tuple(speeds),
+        speeds=in_order(attributes, [each for each, _ in limits], speeds, "sOffset"),
         marks=marks,
         predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ()) if not _temporary(n)),
         successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ()) if not _temporary(n)),
         line=node.line,
-        direction=node.get("direction", "standard"),
+        direction=_direction(attributes, node),
         frictions=tuple(sorted(_frictions(parts.get("material", [])), key=lambda each: each.s)),
     )
+
+
+def _from_start(attributes: Attributes, nodes: list[Node]) -> tuple[Cubic, ...]:
+    """Widths or borders of a lane; the first of them holds from the beginning of the section."""
+    records = read_cubics(attributes, nodes, "sOffset")
+    if not records or records[0].s <= 0.0:
+        return records
+    first = records[0]
+    if first.s > LATE:
+        attributes.report(
+            "road.lane_without_width",
+            nodes[0],
+            "the lane has no width or border from the beginning of its section on",
+            attribute="sOffset",
+            found=f"{first.s:g}",
+            allowed="0",
+            repair="the first one holds from there",
+        )
+    return (Cubic(0.0, first.a, 0.0, 0.0, 0.0), *records)
+
+
+def _direction(attributes: Attributes, node: Node) -> str:
+    if not node.get("direction"):
+        return "standard"
+    found = attributes.choice(node, "direction", ("standard", "reversed", "both"), "standard")
+    if found == "both":
+        attributes.report(
+            "road.unsupported",
+            node,
+            "a lane for both directions is driven in one only, that of its side",
+            attribute="direction",
+            found=found,
+            severity="warning",
+        )
+    return found
 
 
 def _frictions(materials: list[Node]) -> Iterator[Friction]:

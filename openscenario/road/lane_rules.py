@@ -37,15 +37,16 @@ def check_lanes(attributes: Attributes, road: Road, node: Node) -> None:
             if lane.id:
                 _widths(attributes, lane, end - section.s, lane_node)
         _no_width(attributes, end - section.s, lanes)
-        _borders(attributes, section, end - section.s, lanes)
+        _borders(attributes, road, section, end - section.s, lanes)
 
 
 def width_at(lane: Lane, ds: float) -> float:
     """Width [m] of a lane written by width records, ds [m] into its section; NaN if it is written by borders."""
-    return _value(lane.widths, ds)
+    return value_at(lane.widths, ds)
 
 
-def _value(records: Sequence[Cubic], ds: float) -> float:
+def value_at(records: Sequence[Cubic], ds: float) -> float:
+    """What the record that holds at ds [m] has there; NaN before the first one."""
     record = next((record for record in reversed(records) if record.s <= ds + 1e-9), None)
     if record is None:
         return math.nan
@@ -129,7 +130,7 @@ def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> No
             elements = sorted(by_tag(node)["width"], key=lambda item: float(item.get("sOffset", "0")))
             attributes.report(
                 "asam.net:xodr:1.4.0:road.lane.width.non_negative",
-                elements[number],
+                elements[max(number - len(lane.widths) + len(elements), 0)],  # the reader may have added the first
                 "the lane's width is negative",
                 attribute="a" if record.a < -NEGATIVE else "",
                 found=f"{lowest:.3g} m",
@@ -162,25 +163,39 @@ def _no_width(attributes: Attributes, length: float, lanes: list[tuple[Lane, Nod
                 )
 
 
-def _borders(attributes: Attributes, section: LaneSection, length: float, lanes: list[tuple[Lane, Node]]) -> None:
-    """A lane's outer border lies outside of the next inner lane's."""
-    bordered = {lane.id: lane for lane in section.lanes if lane.borders and not lane.widths}
-    nodes = {lane.id: element for lane, element in lanes} if bordered else {}
-    for number, outer in bordered.items():
-        side = 1 if number > 0 else -1
-        inner = bordered.get(number - side)
-        if inner is None:
-            continue
-        stations = {0.0, length, *(record.s for lane in (inner, outer) for record in lane.borders)}
-        inside = [
-            s for s in sorted(stations) if side * (_value(outer.borders, s) - _value(inner.borders, s)) < -CROSSED
-        ]
-        if inside:
-            attributes.report(
-                "asam.net:xodr:1.4.0:road.lane.border.overlap_with_inner_lanes",
-                nodes[inner.id],
-                f"lane {number} begins inside of lane {inner.id}",
-                found=f"borders cross {inside[0]:g} m into the section",
-                allowed="borders in the order of the lanes",
-            )
-            return
+def _borders(
+    attributes: Attributes, road: Road, section: LaneSection, length: float, lanes: list[tuple[Lane, Node]]
+) -> None:
+    """A lane's outer border lies outside of the border of the lane inside of it, or of the centre lane."""
+    if not any(_by_border(lane) for lane in section.lanes):
+        return
+    nodes = {lane.id: element for lane, element in lanes}
+    records = [record for lane in section.lanes for record in (*lane.widths, *lane.borders)]
+    stations = sorted({0.0, length, *(record.s for record in records if record.s <= length)})
+    for side in (1, -1):
+        inner = [value_at(road.lane_offsets, section.s + s) for s in stations]
+        inner = [0.0 if math.isnan(t) else t for t in inner]
+        for lane in sorted((lane for lane in section.lanes if lane.id * side > 0), key=lambda each: abs(each.id)):
+            outer = [outer_border(lane, side, s, t) for s, t in zip(stations, inner, strict=True)]
+            inside = [s for s, a, b in zip(stations, inner, outer, strict=True) if side * (b - a) < -CROSSED]
+            if _by_border(lane) and inside:
+                before = lane.id - side
+                attributes.report(
+                    "asam.net:xodr:1.4.0:road.lane.border.overlap_with_inner_lanes",
+                    nodes[before or lane.id],
+                    f"lane {lane.id} begins inside of " + (f"lane {before}" if before else "the centre lane"),
+                    found=f"borders cross {inside[0]:g} m into the section",
+                    allowed="borders in the order of the lanes",
+                )
+                return
+            inner = outer
+
+
+def _by_border(lane: Lane) -> bool:
+    return bool(lane.borders and not lane.widths)
+
+
+def outer_border(lane: Lane, side: int, s: float, inner: float) -> float:
+    """t [m] of a lane's outer border, s [m] into its section."""
+    value = value_at(lane.borders if _by_border(lane) else lane.widths, s)
+    return value if _by_border(lane) else inner + side * (0.0 if math.isnan(value) else value)

@@ -14,6 +14,7 @@ from openscenario.road.elements import Corner, Repeat, Road, RoadObject, Signal
 from openscenario.xml import Node
 
 MAX_CORNERS = 10_000  # of one outline; chosen, not measured: a file with more is a mistake or an attack
+YES = ("yes", "true", "1")  # in any case; the standard has the first, tools that think of a boolean write the others
 LEFT_OUT = "it is left out"  # what stands beside the road and cannot be read: nobody drives on it
 # code of the object type in OpenDRIVE 1.4 files that say it by name only
 _NAMED = {"crosswalk": "crosswalk", "zebra": "crosswalk", "crossing": "crosswalk"}
@@ -116,7 +117,7 @@ def _read_signal(attributes: Attributes, node: Node, road: str) -> Signal:
         type=node.get("type"),
         subtype=node.get("subtype"),
         country=node.get("country"),
-        dynamic=node.get("dynamic") == "yes",
+        dynamic=is_dynamic(node),
         orientation=node.get("orientation", "none"),
         value=number(node, "value") if _is_number(node.get("value")) else None,
         unit=node.get("unit"),
@@ -125,6 +126,11 @@ def _read_signal(attributes: Attributes, node: Node, road: str) -> Signal:
         line=node.line,
         validity=_read_validity(attributes, node),
     )
+
+
+def is_dynamic(node: Node) -> bool:
+    """Whether a signal changes its state."""
+    return node.get("dynamic").strip().lower() in YES
 
 
 def _read_validity(attributes: Attributes, node: Node) -> tuple[tuple[int, int], ...]:

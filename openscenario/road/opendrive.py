@@ -13,6 +13,7 @@ from openscenario.commonroad.source import ROOT
 from openscenario.commonroad.source import read as read_commonroad
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.contacts import with_contacts
 from openscenario.road.elements import (
     Connection,
     Contact,
@@ -26,7 +27,7 @@ from openscenario.road.elements import (
 )
 from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals, refer
-from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
+from openscenario.road.plan_reader import MAX_LENGTH, in_order, read_cubics, read_geometries, read_shapes
 from openscenario.road.repairs import LENIENT, Roads, forbids, judged, repaired
 from openscenario.road.rules import check_network
 from openscenario.road.single_sides import complete_sides
@@ -117,6 +118,7 @@ def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
         junctions=tuple(_read_junction(attributes, node) for node in junction_nodes),
     )
     if not any(forbids(finding, version, LENIENT) for finding in attributes.findings):
+        network = msgspec.structs.replace(network, roads=with_contacts(attributes, network.roads, road_nodes))
         check_network(attributes, network, road_nodes)
     return network
 
@@ -234,6 +236,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
         attributes.report("value.empty", node, "the id is empty", attribute="id", found="nothing", allowed="an id")
     objects = by_tag(parts["objects"][0]) if "objects" in parts else {}
     signals = by_tag(parts["signals"][0]) if "signals" in parts else {}
+    types = parts.get("type", [])
     predecessor, successor = _read_links(attributes, parts.get("link", []))
     return Road(
         id=identity,
@@ -243,7 +246,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
         rule=cast(Rule, attributes.choice(node, "rule", ("RHT", "LHT"), "RHT")),
         predecessor=predecessor,
         successor=successor,
-        types=tuple(_read_type(attributes, item) for item in parts.get("type", ())),
+        types=in_order(attributes, types, [_read_type(attributes, item) for item in types], "s"),
         geometries=read_geometries(attributes, parts["planView"][0]) if "planView" in parts else (),
         elevations=read_cubics(attributes, elevation.get("elevation", [])),
         superelevations=read_cubics(attributes, lateral.get("superelevation", [])),
@@ -277,7 +280,10 @@ def _only_one(attributes: Attributes, parts: dict[str, list[Node]], names: tuple
 def _read_type(attributes: Attributes, node: Node) -> RoadType:
     speeds = node.findall("speed")
     speed = read_speed(attributes, speeds[0]) if speeds else None
-    return RoadType(attributes.number(node, "s", 0.0), attributes.choice(node, "type", ROAD_TYPES), speed)
+    s = attributes.number(node, "s", 0.0)
+    with attributes.repairing("a road of unknown type"):
+        kind = attributes.choice(node, "type", ROAD_TYPES)
+    return RoadType(s, kind, speed)
 
 
 def _read_links(attributes: Attributes, nodes: list[Node]) -> tuple[RoadLink | None, RoadLink | None]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, TypeVar
 
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Cubic, Geometry, Shape
+from openscenario.road.elements import Cubic, Geometry, RoadType, Shape, SpeedLimit
 from openscenario.road.shapes import NODES, WEIGHTS
 from openscenario.xml import Node
 
@@ -23,13 +24,13 @@ MAX_SCALE = 0.05  # share by which a curve and its stated length may differ: mor
 MAX_POINT = 1.0  # m, of a road whose only geometry has no length
 _PANELS = 8  # of the quadrature along a curve
 _KINDS = ("line", "arc", "spiral", "poly3", "paramPoly3")
+_Placed = TypeVar("_Placed", Cubic, RoadType, SpeedLimit)
 _PARAMS = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
 
 
 def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tuple[Cubic, ...]:
     """Cubic records in ascending order of `key` (s or sOffset)."""
     records: list[Cubic] = []
-    ordered = True
     for node in nodes:
         get = node.get  # "" where missing, which float() refuses
         try:
@@ -52,18 +53,23 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
                 record = Cubic(s, a, 0.0, 0.0, 0.0)
         if key == "sOffset" and record.s < 0.0:
             _negative(attributes, node)
-        if records and record.s < records[-1].s:
-            ordered = False
-            attributes.report(
-                "asam.net:xodr:1.4.0:road.profile.elem_asc_order",
-                node,
-                "records must ascend along the road",
-                attribute=key,
-                found=node.get(key),
-                repair=SORTED,
-            )
         records.append(record)
-    return tuple(records if ordered else sorted(records, key=lambda record: record.s))
+    return in_order(attributes, nodes, records, key)
+
+
+def in_order(attributes: Attributes, nodes: list[Node], records: list[_Placed], key: str) -> tuple[_Placed, ...]:
+    """The records, read one from each node, in ascending order of s; with a finding at each that begins too early."""
+    early = [node for node, (before, record) in zip(nodes[1:], pairwise(records), strict=True) if record.s < before.s]
+    for node in early:
+        attributes.report(
+            "asam.net:xodr:1.4.0:road.profile.elem_asc_order",
+            node,
+            "records must ascend along the road",
+            attribute=key,
+            found=node.get(key),
+            repair=SORTED,
+        )
+    return tuple(sorted(records, key=lambda record: record.s) if early else records)
 
 
 def read_shapes(attributes: Attributes, nodes: list[Node]) -> tuple[Shape, ...]:

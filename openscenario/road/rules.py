@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from openscenario.road.attributes import Attributes
 from openscenario.road.elements import Lane, OpenDrive, Road, lane_direction
+from openscenario.road.joint_rules import check_joints
 from openscenario.road.junction_rules import check_junctions
 from openscenario.road.lane_rules import LANE_TYPES, NO_WIDTH, check_lanes, width_at
 from openscenario.road.links import LaneEnd, answered, end_lanes, make_links
@@ -35,6 +36,7 @@ def check_network(attributes: Attributes, network: OpenDrive, nodes: list[Node])
     check_junctions(attributes, network, nodes)
     check_things(attributes, nodes)
     _contact_points(attributes, network, nodes, ends)
+    check_joints(attributes, network, nodes, ends)
     _road_links(attributes, network, nodes)
     _appearing_lanes(attributes, network, nodes)
 

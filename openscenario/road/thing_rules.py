@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from openscenario.road.attributes import Attributes
-from openscenario.road.object_reader import LEFT_OUT
+from openscenario.road.object_reader import LEFT_OUT, is_dynamic
 from openscenario.xml import Node
 
 BEYOND = 1.0  # m, that a thing may lie before or behind its road: what stands at a corner belongs to one of two roads
@@ -23,8 +23,7 @@ def check_things(attributes: Attributes, roads: list[Node]) -> None:
     for length, node in _things(roads):
         with attributes.repairing(LEFT_OUT):
             _place(attributes, node, length)
-            for name, allowed in _CHOICES.items():
-                attributes.choice(node, name, allowed, "") if node.get(name) else None
+        _choices(attributes, node)
         known = {"signalReference": signals, "objectReference": objects}.get(node.tag)
         if known is not None:
             _known(attributes, node, "id", known)
@@ -50,6 +49,17 @@ def _things(roads: list[Node]) -> Iterator[tuple[float, Node]]:
             if group.tag in ("objects", "signals"):
                 length = float(road.get("length"))
                 yield from ((length, node) for node in group.children if node.tag[:6] in ("object", "signal"))
+
+
+def _choices(attributes: Attributes, node: Node) -> None:
+    """A word that is none leaves the thing where it is: what is assumed of it says what its reader takes it for."""
+    assumed = {
+        "orientation": "it is for both directions",
+        "dynamic": "it is dynamic" if is_dynamic(node) else "it is not dynamic",
+    }
+    for name, allowed in _CHOICES.items():
+        with attributes.repairing(assumed[name]):
+            attributes.choice(node, name, allowed, "") if node.get(name) else None
 
 
 def _place(attributes: Attributes, node: Node, length: float) -> None:

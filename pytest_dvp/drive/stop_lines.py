@@ -46,7 +46,7 @@ def _edges(network: RoadNetwork, signal: Signal, sign: int, low: float, high: fl
         if (
             lane.id
             and low <= lane.id <= high
-            and lane.type == "driving"
+            and lane.drivable
             and width
             and network.driving_sign(road, lane.id, s) == sign
         ):

@@ -127,8 +127,9 @@ class Parallel:
         """The car's own sensors, which see nothing of `surroundings`, with these rendered into them."""
         pose = self._mirror.show(self._t, self._rows)[-1]
         self._rows = np.zeros((0, 12))
-        surroundings = self._perceived.seen(self._t, float(pose[1]), float(pose[2]), float(pose[4]), surroundings)
-        self._past.append((self._t, (float(pose[1]), float(pose[2]), float(pose[3]), float(pose[4])), surroundings))
+        x, y, z, yaw = (float(each) for each in pose[1:5])
+        surroundings = self._perceived.seen(self._t, x, y, yaw, surroundings, z)
+        self._past.append((self._t, (x, y, z, yaw), surroundings))
         seen = self._vehicle.observe(no_surroundings())
         lidar = None if seen.lidar is None else self._merged_scan(seen.lidar)
         camera = None if seen.camera is None else self._merged_frame(seen.camera)

@@ -49,6 +49,8 @@ class Camera:
                 raise ModelError("value not allowed", key=name, found=f"{value:g}", allowed="0 to 1")
         if not (self.focal > 0.0 and self.width > 0 and self.height > 0):
             raise ModelError("value not allowed", key="focal", found=f"{self.focal:g}", allowed="more than 0 px")
+        if not self.reach > 0.0:
+            raise ModelError("value not allowed", key="reach", found=f"{self.reach:g}", allowed="more than 0 m")
 
     def start(self, t: float, seed: np.random.SeedSequence) -> RunningCamera:
         """The camera at work from `t` [s]."""

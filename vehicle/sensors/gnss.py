@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import cos, exp, sin, sqrt
+from math import cos, exp, inf, sin, sqrt
 
 import numpy as np
 
 from vehicle.messages import GnssFix
+from vehicle.model.errors import ModelError
 from vehicle.sensors.common import Clock, Line, Mount, Noise, Timing, check_sigma
 
 
@@ -31,6 +32,9 @@ class Gnss:
         check_sigma("sigma", self.sigma)
         check_sigma("drift", self.drift)
         check_sigma("yaw_sigma", self.yaw_sigma or 0.0)
+        if not 0.0 < self.drift_time < inf:
+            found = f"{self.drift_time:g}"
+            raise ModelError("value not allowed", key="drift_time", found=found, allowed="more than 0 s")
 
     def start(self, t: float, seed: np.random.SeedSequence) -> RunningGnss:
         """The receiver at work from `t` [s]."""

@@ -39,6 +39,10 @@ class Lidar:
         if not 0.0 < self.field_of_view <= 2.0 * pi:
             found = f"{self.field_of_view:g}"
             raise ModelError("value not allowed", key="field_of_view", found=found, allowed="more than 0 to 2 pi rad")
+        for each in self.elevations:
+            if not -0.5 * pi < each < 0.5 * pi:
+                found, allowed = f"{each:g}", "between -pi/2 and pi/2 rad"
+                raise ModelError("value not allowed", key="elevations", found=found, allowed=allowed)
         if not 0.0 <= self.nearest < self.reach:
             raise ModelError("value not allowed", key="reach", found=f"{self.reach:g}", allowed="more than nearest")
 
@@ -57,8 +61,8 @@ class RunningLidar:
         self._line: Line[LidarScan] = Line(lidar.timing)
         # A ring divides the full turn evenly; an open field has a ray on each of its ends
         full = lidar.field_of_view >= 2.0 * pi - 1e-9
-        steps = lidar.azimuths if full else max(round(2.0 * pi / lidar.field_of_view * (lidar.azimuths - 1)), 1)
-        self._pitch = 2.0 * pi / steps
+        gaps = lidar.azimuths if full else lidar.azimuths - 1
+        self._pitch = (2.0 * pi if full else lidar.field_of_view) / gaps if gaps else 2.0 * pi
         self._first = -0.5 * self._pitch * (lidar.azimuths if full else lidar.azimuths - 1)
         angles = self._first + self._pitch * np.arange(lidar.azimuths)
         self._rays = np.column_stack((np.cos(angles), np.sin(angles)))

@@ -41,8 +41,11 @@ class Perceived:
         self._shown: dict[int, tuple[str, float, float]] = {}  # name, z and height [m] of each object by its number
         self.changes = bool(every)
 
-    def seen(self, t: float, x: float, y: float, yaw: float, around: Surroundings) -> Surroundings:
-        """What stands for `around` at `t` [s], which grows; reference point at x, y [m] with `yaw` [rad] on the map."""
+    def seen(self, t: float, x: float, y: float, yaw: float, around: Surroundings, z: float = 0.0) -> Surroundings:
+        """What stands for `around` at `t` [s], which grows; reference point at x, y, z [m] with `yaw` [rad] on the map.
+
+        What is not there stands at the height of the car.
+        """
         if not self.changes:
             return around
         now = self._look(t, x, y, yaw, around)
@@ -50,8 +53,8 @@ class Perceived:
             now = self._remembered(t, now)
         for applied, rng in self._frame:
             now = perceive(applied, now, rng)
-        boxes, kinds, names = self._boxes(now)
-        for k, box in enumerate(self._ghosts.at(t, x, y)):
+        boxes, kinds, names = self._boxes(now, z)
+        for k, box in enumerate(self._ghosts.at(t, x, y, z)):
             boxes.append(box)
             kinds.append(1)
             names.append(f"false {k}")
@@ -87,10 +90,10 @@ class Perceived:
             every = perceive(applied, every, rng)
         return every.rows(every.t >= t - 1e-9)
 
-    def _boxes(self, now: Tracks) -> tuple[list[FloatArray], list[int], list[str]]:
+    def _boxes(self, now: Tracks, ground: float) -> tuple[list[FloatArray], list[int], list[str]]:
         boxes, kinds, names = [], [], []
         for k, number in enumerate(now.object.tolist()):
-            name, z, height = self._shown.get(number, (f"false of an effect {k}", 0.5 * SIZE[2], SIZE[2]))
+            name, z, height = self._shown.get(number, (f"false of an effect {k}", ground + 0.5 * SIZE[2], SIZE[2]))
             boxes.append(np.array([
                 now.x[k], now.y[k], z, now.yaw[k], now.length[k], now.width[k], height, now.vx[k], now.vy[k]
             ]))  # fmt: skip
@@ -108,8 +111,8 @@ class _FalseObjects:
         self._there: list[tuple[float, FloatArray]] = []  # until when [s], box
         self._before: float | None = None
 
-    def at(self, t: float, x: float, y: float) -> list[FloatArray]:
-        """Boxes (9,) at `t` [s] around an ego at x, y [m]."""
+    def at(self, t: float, x: float, y: float, z: float) -> list[FloatArray]:
+        """Boxes (9,) at `t` [s] around an ego at x, y, z [m]; a new one stands at its height."""
         if self._rate <= 0.0:
             return []
         passed = 0.0 if self._before is None else max(t - self._before, 0.0)
@@ -118,7 +121,7 @@ class _FalseObjects:
         for _ in range(int(self._rng.poisson(self._rate * passed))):
             bearing, distance = self._rng.uniform(-np.pi, np.pi), REACH * np.sqrt(self._rng.random())
             box = np.zeros(9)
-            box[:3] = x + distance * np.cos(bearing), y + distance * np.sin(bearing), 0.5 * SIZE[2]
+            box[:3] = x + distance * np.cos(bearing), y + distance * np.sin(bearing), z + 0.5 * SIZE[2]
             box[4:7] = SIZE
             self._there.append((t + STAYS, box))
         return [box for _, box in self._there]

@@ -25,8 +25,10 @@ def _cast_box(
     mx, my = cy * dx + sy * dy, -sy * dx + cy * dy  # box centre in the sensor frame
     # Sensor in the box frame
     ox, oy = -(cb * mx + sb * my), sb * mx - cb * my
-    begin, width = 0, count
-    turn = round(2.0 * math.pi / pitch)  # azimuths of a full turn: those from `count` on are outside the field of view
+    turn = 2.0 * math.pi / pitch  # azimuths of a full turn, those outside the field of view among them
+    if abs(turn - round(turn)) < 1e-6:
+        turn = float(round(turn))
+    offset, span, laps = 0.0, count - 1.0, 0
     if abs(ox) > half_l or abs(oy) > half_w:
         middle = math.atan2(my, mx)
         least, most = 0.0, 0.0
@@ -39,38 +41,37 @@ def _cast_box(
             elif side < -math.pi:
                 side += 2.0 * math.pi
             least, most = min(least, side), max(most, side)
-        offset = (middle + least - first) / pitch
-        begin = math.ceil(offset)
-        width = min(math.floor(offset + (most - least) / pitch) - begin + 1, turn)
-    for k in range(width):
-        index = (begin + k) % turn
-        if index >= count:
-            continue
-        rx, ry = rays[index, 0], rays[index, 1]
-        bx, by = cb * rx + sb * ry, -sb * rx + cb * ry  # ray direction in the box frame
-        near, far = 0.0, np.inf
-        if bx != 0.0:
-            t1, t2 = (-half_l - ox) / bx, (half_l - ox) / bx
-            near, far = max(near, min(t1, t2)), min(far, max(t1, t2))
-        elif abs(ox) > half_l:
-            continue
-        if by != 0.0:
-            t1, t2 = (-half_w - oy) / by, (half_w - oy) / by
-            near, far = max(near, min(t1, t2)), min(far, max(t1, t2))
-        elif abs(oy) > half_w:
-            continue
-        if near > far:
-            continue
-        for layer in range(tilts.shape[0]):
-            tilt = tilts[layer]
-            t_in, t_out = near, far
-            if tilt != 0.0:
-                t1, t2 = low / tilt, high / tilt
-                t_in, t_out = max(t_in, min(t1, t2)), min(t_out, max(t1, t2))
-            elif low > 0.0 or high < 0.0:
+        offset, span, laps = (middle + least - first) / pitch, (most - least) / pitch, 1
+    for lap in range(-laps, laps + 1):
+        whole = math.floor(lap * turn)
+        start = offset + (lap * turn - whole)
+        begin, last = whole + math.ceil(start), whole + math.floor(start + span)
+        for index in range(max(begin, 0), min(last, count - 1) + 1):
+            rx, ry = rays[index, 0], rays[index, 1]
+            bx, by = cb * rx + sb * ry, -sb * rx + cb * ry  # ray direction in the box frame
+            near, far = 0.0, np.inf
+            if bx != 0.0:
+                t1, t2 = (-half_l - ox) / bx, (half_l - ox) / bx
+                near, far = max(near, min(t1, t2)), min(far, max(t1, t2))
+            elif abs(ox) > half_l:
                 continue
-            if 0.0 < t_in <= t_out and t_in < depth[index, layer]:
-                depth[index, layer] = t_in
+            if by != 0.0:
+                t1, t2 = (-half_w - oy) / by, (half_w - oy) / by
+                near, far = max(near, min(t1, t2)), min(far, max(t1, t2))
+            elif abs(oy) > half_w:
+                continue
+            if near > far:
+                continue
+            for layer in range(tilts.shape[0]):
+                tilt = tilts[layer]
+                t_in, t_out = near, far
+                if tilt != 0.0:
+                    t1, t2 = low / tilt, high / tilt
+                    t_in, t_out = max(t_in, min(t1, t2)), min(t_out, max(t1, t2))
+                elif low > 0.0 or high < 0.0:
+                    continue
+                if 0.0 < t_in <= t_out and t_in < depth[index, layer]:
+                    depth[index, layer] = t_in
 
 
 @compiled

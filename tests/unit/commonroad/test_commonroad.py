@@ -107,6 +107,31 @@ def test_a_speed_limit_and_kinds_of_lanelets(tmp_path: Path) -> None:
     assert net.lane_type("1", -2, 10.0) == "sidewalk"
 
 
+@pytest.mark.parametrize("kind", ["shoulder", "parking", "restricted"])
+def test_no_car_is_led_onto_a_lanelet_beside_the_traffic(tmp_path: Path, kind: str) -> None:
+    road = lanelet(1, straight(0, 50, 0.0), straight(0, 50, -3.5), more=beside("Right", 2))
+    beyond = lanelet(2, straight(0, 50, -3.5), straight(0, 50, -6.0), more=beside("Left", 1), kind=kind)
+    net = network(tmp_path, road, beyond)
+    assert net.lane_type("1", -2, 10.0) == kind
+    assert [tuple(node)[2] for node in net.lane_graph().nodes] == [-1]
+
+
+def test_the_short_roads_of_a_junction_are_as_the_lanelets_they_go_on_from(tmp_path: Path) -> None:
+    sign = (
+        '<trafficSign id="50"><trafficSignElement><trafficSignID>274</trafficSignID>'
+        "<additionalValue>13.9</additionalValue></trafficSignElement></trafficSign>"
+    )
+    first, *others = fork()
+    limited = first.replace("<laneletType>", '<trafficSignRef ref="50"/><laneletType>')
+    net = network(tmp_path, limited, *others, sign)
+    ways = {name for name, _ in net.lane_successors("1", -1)}
+    assert [net.lane_speed(name, -1, 0.01) for name in sorted(ways)] == [13.9, 13.9]
+
+    walks = [each.replace("urban</laneletType>", "sidewalk</laneletType>") for each in fork()]
+    net = network(tmp_path, *walks, lanelet(9, straight(0, 50, 90.0), straight(0, 50, 86.5)))
+    assert {net.lane_type(name, -1, 0.01) for name in net.roads if name.startswith("c")} == {"sidewalk"}
+
+
 # --- obstacles and the task
 
 CAR = [(k, 50.0 + 0.8 * k, -1.75, 0.0, 8.0) for k in range(51)]

@@ -61,6 +61,13 @@ def test_stop_line_lies_over_the_lanes_that_the_signal_is_valid_for(
     assert [(line["y"], line["width"]) for line in lines] == [pytest.approx(each) for each in middles]
 
 
+@pytest.mark.parametrize("kind", ["onRamp", "bus", "bidirectional"])
+def test_a_light_over_any_lane_that_cars_drive_on_has_a_stop_line(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "road.xodr").write_text(ROAD.format(lanes=LANES.replace("driving", kind), validity=""))
+    (line,) = stop_lines(load_network(tmp_path / "road.xodr"))
+    assert (line["y"], line["width"]) == pytest.approx((-5.25, 10.5))
+
+
 def test_a_stale_command_has_its_age_in_the_log(scenario: Write) -> None:
     late = OneTrick(lambda o: Command(o.t - 0.1 if 1.0 <= o.t < 1.2 else o.t, 0.0, 0.0, 0.0, 0.0))
     found = compute("command_age", run(scenario(), ads=late).log)

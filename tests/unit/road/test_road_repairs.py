@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
-from road_files import cubic, geometry, lane, road, section, straight, write
+from road_files import cubic, geometry, lane, road, section, straight, to_junction, write
 
 from openscenario.findings import ScenarioError
 from openscenario.road.network import RoadNetwork, load_network
@@ -198,3 +198,76 @@ def test_a_line_along_a_lane_that_ends_ends_with_it(tmp_path: Path) -> None:
         assert all(math.isfinite(value) for value in line.ravel())
         assert len(line) <= 31
     assert net.centreline([RouteLane("1", -2, 0.0, 60.0)], 1.0)[-1][0] == pytest.approx(29.0, abs=1.01)
+
+
+SORTED = "the records in the order of their places"
+
+
+def test_speed_limits_of_a_lane_out_of_order_hold_where_they_say(tmp_path: Path) -> None:
+    limits = '<speed sOffset="50" max="10"/><speed sOffset="0" max="20"/>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1, inside=cubic("width", 0, 3.5) + limits)])))
+    assert [load_network(path).lane_speed("1", -1, s) for s in (30.0, 60.0)] == [20.0, 10.0]
+    assert assumed(path) == [SORTED]
+
+
+def test_types_of_a_road_out_of_order_hold_where_they_say(tmp_path: Path) -> None:
+    types = '<type s="50" type="town"><speed max="10"/></type><type s="0" type="rural"><speed max="20"/></type>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{types}<planView>"))
+    assert [load_network(path).lane_speed("1", -1, s) for s in (30.0, 60.0)] == [20.0, 10.0]
+    assert assumed(path) == [SORTED]
+
+
+@pytest.mark.parametrize(("late", "repairs"), [(10.0, ["the first one holds from there"]), (1e-5, [])])
+def test_a_first_width_that_begins_late_holds_from_the_beginning(
+    tmp_path: Path, late: float, repairs: list[str]
+) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1, inside=cubic("width", late, 3.5, 0.01))])))
+    net = load_network(path)
+    assert [net.lane_width("1", -1, s) for s in (0.0, 5e-6, late, late + 10.0)] == pytest.approx([3.5, 3.5, 3.5, 3.6])
+    assert assumed(path) == repairs
+
+
+def test_a_link_without_contact_point_leads_to_the_end_that_leads_back(tmp_path: Path) -> None:
+    """Two roads that meet end to end at x = 100; the start of the second one lies at x = 200."""
+    first = straight("1", 0, 0, 0, 100, link='<successor elementType="road" elementId="2"/>')
+    second = straight("2", 200, 0, math.pi, 100, link='<successor elementType="road" elementId="1"/>')
+    path = write(tmp_path, first, second)
+    net = load_network(path)
+    there = net.advance(net.locate(95.0, -1.75, 0.0), 20.0)
+    assert net.lane_pose(there.road, there.lane, there.s)[:2] == pytest.approx((115.0, -1.75))
+    assert assumed(path) == ["it leads to the end of road 2", "it leads to the end of road 1"]
+    assert not any(each.severity == "error" for each in examine_opendrive(path, "lenient")[1])
+    assert any(each.severity == "error" for each in examine_opendrive(path, "strict")[1])
+
+
+def test_a_connecting_road_without_contact_points_leads_to_the_nearer_ends(tmp_path: Path) -> None:
+    inner = section((), [lane(-1, before=-1, after=1)])
+    names = "".join(f'<{end} elementType="road" elementId="{n}"/>' for end, n in (("predecessor", 1), ("successor", 2)))
+    way = '<connection id="0" incomingRoad="1" connectingRoad="10" contactPoint="start">'
+    path = write(
+        tmp_path,
+        straight("1", 0, 0, 0, 100, link=to_junction("predecessor", "J") + to_junction("successor", "J")),
+        straight("2", 220, 0, math.pi, 100, link=to_junction("successor", "J") + to_junction("predecessor", "J")),
+        straight("10", 100, 0, 0, 20, inner, junction="J", link=names),
+        f'<junction id="J" name="J">{way}<laneLink from="-1" to="-1"/></connection></junction>',
+    )
+    route = load_network(path).route(("1", -1, 5.0), ("2", 1, 50.0))
+    assert [each.road for each in route] == ["1", "10", "2"]
+
+
+def test_a_ring_of_one_road_needs_no_contact_point(tmp_path: Path) -> None:
+    arc = '<arc curvature="0.1"/>'
+    length = 20.0 * math.pi
+    link = '<predecessor elementType="road" elementId="1"/><successor elementType="road" elementId="1"/>'
+    net = load_network(write(tmp_path, road("1", geometry(0, 0, 0, 0, length, arc), length, link=link)))
+    place = net.advance(net.locate(0.0, -1.75, 0.0), 3.0 * 11.75)
+    assert (place.road, place.lane, place.s) == ("1", -1, pytest.approx(30.0))
+    ends = net.file.roads[0].predecessor, net.file.roads[0].successor
+    assert [each and each.contact for each in ends] == ["end", "start"]
+
+
+def test_a_road_of_a_type_that_the_standard_does_not_have_is_driven_on(tmp_path: Path) -> None:
+    kind = '<type s="0" type="highway"><speed max="20"/></type>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{kind}<planView>"))
+    assert assumed(path) == ["a road of unknown type"]
+    assert load_network(path).lane_speed("1", -1, 5.0) == 20.0

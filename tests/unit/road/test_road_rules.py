@@ -119,6 +119,18 @@ BROKEN = {
         one(PLAIN.replace("laneSection ", "laneSecton ", 1).replace("</laneSection", "</laneSecton")),
         "laneSecton",
     ),
+    "border on the other side of the centre": (
+        one(section((), [lane(-1, inside=cubic("border", 0, 3.5))])),
+        "lane",
+    ),
+    "border inside of a lane written by its width": (
+        one(section((), [lane(-1), lane(-2, inside=cubic("border", 0, -3.0))])),
+        "lane[1]",
+    ),
+    "direction of a lane": (
+        one(section((), [lane(-1).replace("type=", 'direction="reverse" type=')])),
+        "lane@direction",
+    ),
     "attribute with a slip": (one(section((), [lane(-1, inside=WIDTH.replace("sOffset", "sOfset"))])), "width@sOfset"),
     "include of a file": (
         (*one(PLAIN), '<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="/etc/passwd"/>'),
@@ -175,3 +187,64 @@ def test_a_version_of_the_future_is_refused_by_name(tmp_path: Path) -> None:
     (finding,) = errors(path)
     assert finding.element == "OpenDRIVE/header@revMinor"
     assert "1.9" in finding.allowed
+
+
+def test_a_lane_for_both_directions_is_driven_in_one_with_a_warning(tmp_path: Path) -> None:
+    (finding,) = examine_opendrive(
+        write(tmp_path, *one(section((), [lane(-1).replace("type=", 'direction="both" type=')])))
+    )[1]
+    assert (finding.severity, finding.found) == ("warning", "both")
+    assert finding.element.endswith("lane@direction")
+
+
+def warned(path: Path) -> list[tuple[str, str, str]]:
+    found = examine_opendrive(path)[1]
+    assert {each.severity for each in found} <= {"warning"}
+    return [(each.code, each.element.rpartition("OpenDRIVE/")[2], each.found) for each in found]
+
+
+def through(tmp_path: Path, x: float, y: float, z: float = 0.0, width: float = 3.5) -> Path:
+    """A junction whose connecting road of 20 m begins at x, y, z [m]; it should begin at 100, 0, 0."""
+    way = '<connection id="0" incomingRoad="1" connectingRoad="10" contactPoint="start">'
+    inner = section((), [lane(-1, width, before=-1, after=-1)])
+    links = to_road("predecessor", "1", "end") + to_road("successor", "2", "start")
+    height = {"elevation": cubic("elevation", 0.0, z)}
+    return write(
+        tmp_path,
+        straight("1", 0, 0, 0, 100, section((), [lane(-1)]), link=to_junction("successor", "J")),
+        straight("2", x + 20.0, y, 0, 100, section((), [lane(-1)]), link=to_junction("predecessor", "J"), **height),
+        straight("10", x, y, 0, 20, inner, junction="J", link=links, **height),
+        f'<junction id="J" name="J">{way}<laneLink from="-1" to="-1"/></connection></junction>',
+    )
+
+
+@pytest.mark.parametrize(
+    ("place", "gap"), [((103.0, 0.0), 3.0), ((100.0, 5.0), 1.5), ((97.0, 0.0), 3.0), ((100.0, 0.0, 4.0), 4.0)]
+)
+def test_a_connecting_road_that_does_not_meet_its_road_is_told(
+    tmp_path: Path, place: tuple[float, ...], gap: float
+) -> None:
+    expected = ("road.joint_gap", "road[3]/link/predecessor", f"a gap of {gap:g} m")
+    assert warned(through(tmp_path, *place)) == [expected]
+
+
+@pytest.mark.parametrize("place", [(100.4, 0.0), (100.0, 3.0), (100.0, -3.0), (100.0, 0.0, 0.4)])
+def test_lanes_that_touch_meet(tmp_path: Path, place: tuple[float, ...]) -> None:
+    assert warned(through(tmp_path, *place)) == []
+
+
+def test_a_step_in_the_height_of_a_road_is_told(tmp_path: Path) -> None:
+    steps = cubic("elevation", 0.0, 0.0, 0.1) + cubic("elevation", 50.0, 13.0) + cubic("elevation", 80.0, 13.4)
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, elevation=steps))
+    assert warned(path) == [("road.height_step", "road/elevationProfile", "a step of 8 m")]
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, elevation=cubic("elevation", 5.0, 2.0)))
+    assert warned(path) == [("road.height_step", "road/elevationProfile", "a step of 2 m")]
+
+
+def test_two_roads_that_meet_at_different_heights_are_told(tmp_path: Path) -> None:
+    path = write(
+        tmp_path,
+        straight("1", 0, 0, 0, 100, link=to_road("successor", "2", "start")),
+        straight("2", 100, 0, 0, 9, link=to_road("predecessor", "1", "end"), elevation=cubic("elevation", 0, 8)),
+    )
+    assert warned(path) == [("road.joint_gap", "road[2]/link/predecessor", "a gap of 8 m")]

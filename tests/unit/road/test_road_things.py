@@ -110,3 +110,17 @@ def test_a_reference_to_no_signal_names_nothing(tmp_path: Path) -> None:
     net = network(tmp_path, straight("1", 0, 0, 0, 100, signals='<signalReference id="7" s="60" t="0"/>'))
     assert net.signals == ()
     assert [finding.found for finding in net.file.repairs] == ["7"]
+
+
+@pytest.mark.parametrize("word", ["true", "1", "Yes"])
+def test_a_light_whose_file_writes_yes_in_another_way_is_dynamic(word: str, tmp_path: Path) -> None:
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, signals=LIGHT.replace('"yes"', f'"{word}"')))
+    assert [signal.dynamic for signal in net.signals] == [True]
+    assert [each.repair for each in net.file.repairs] == ["it is dynamic"]
+
+
+def test_what_is_assumed_of_an_unknown_word_is_what_holds(tmp_path: Path) -> None:
+    text = LIGHT.replace('"yes"', '"maybe"').replace('"-"', '"both"')
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, signals=text))
+    assert [signal.dynamic for signal in net.signals] == [False]
+    assert {each.repair for each in net.file.repairs} == {"it is not dynamic", "it is for both directions"}

@@ -163,3 +163,19 @@ def nearest(car: Vehicle) -> float:
 def test_suite_without_eyes_is_driven_all_the_same(tabby: Path) -> None:
     twin = Twin(read_model(tabby).with_effect("detection_misses", {"rate": 0.5}), SensorSuite())
     assert twin.observe(scene((20.0, 0.0, 0.0))).lidar is None
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_car_on_a_hill_meets_its_false_objects(mirrored: bool, tabby: Path) -> None:
+    model = read_model(tabby)
+    false = applied("detection_false", rate=50.0)
+    twin = Twin(model if mirrored else model.with_effect("detection_false", {"rate": 50.0}), default_sensors())
+    car = Parallel(twin, 0, [false]) if mirrored else twin
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0, z=120.0))
+    twin.place_on_road(120.0)
+    met = 0
+    for _ in range(20):
+        scan = car.observe(scene()).lidar
+        met += 0 if scan is None else len(scan.points)
+        car.step(PERIOD)
+    assert met > 100

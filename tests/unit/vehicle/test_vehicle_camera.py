@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vehicle.messages import CameraBox, Surroundings
+from vehicle.model.errors import ModelError
 from vehicle.sensors import Camera, Mount, Timing
 
 SHARP = Camera(Mount(x=1.0, z=1.4), Timing(10.0), sigma=0.0, misses=0.0, score_sigma=0.0)
@@ -103,3 +104,9 @@ def test_edge_noise_has_its_standard_deviation() -> None:
 def test_more_boxes_than_before_fit() -> None:
     crowd = _world(*[_box(20.0 + i, 0.0) for i in range(40)])
     assert len(_look(SHARP, crowd)[0]) >= 1
+
+
+@pytest.mark.parametrize("reach", [0.0, -5.0, float("nan")])
+def test_a_camera_that_reaches_nowhere_is_refused(reach: float) -> None:
+    with pytest.raises(ModelError, match="reach"):
+        Camera(Mount(), Timing(10.0), reach=reach)

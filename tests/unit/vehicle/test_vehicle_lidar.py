@@ -164,6 +164,9 @@ def test_impossible_scanners_are_refused() -> None:
         replace(QUIET, reach=0.1)
     with pytest.raises(ModelError, match="field_of_view"):
         replace(QUIET, field_of_view=7.0)
+    for tilt in (0.5 * pi, float("nan")):
+        with pytest.raises(ModelError, match="elevations"):
+            replace(QUIET, elevations=(0.0, tilt))
 
 
 @pytest.mark.parametrize("yaw", [pi / 2, 0.6, -0.6])
@@ -175,3 +178,15 @@ def test_an_open_field_is_filled_by_what_reaches_beyond_its_ends(length: float, 
     ahead = np.abs(np.arctan2(around[:, 1], around[:, 0])) <= radians(30.0) + 1e-9
     points = _scan(replace(QUIET, azimuths=61, field_of_view=radians(60.0)), [box])
     assert points == pytest.approx(around[ahead], abs=1e-9)
+
+
+@pytest.mark.parametrize(("degrees", "azimuths"), [(229.0, 2), (300.0, 3), (350.0, 10), (355.2, 36), (120.0, 600)])
+def test_an_open_field_has_rays_from_end_to_end_that_all_see(degrees: float, azimuths: int) -> None:
+    """Four walls around the sensor, which every ray meets."""
+    walls = [_box(x, y, length=60.0 if y else 0.2, width=60.0 if x else 0.2) for x, y in _SIDES]
+    points = _scan(replace(QUIET, azimuths=azimuths, field_of_view=radians(degrees)), walls)
+    expected = np.linspace(-0.5 * degrees, 0.5 * degrees, azimuths)
+    assert np.degrees(np.arctan2(points[:, 1], points[:, 0])) == pytest.approx(expected)
+
+
+_SIDES = ((20.0, 0.0), (-20.0, 0.0), (0.0, 20.0), (0.0, -20.0))

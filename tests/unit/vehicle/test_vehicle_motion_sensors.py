@@ -162,6 +162,8 @@ def test_a_rate_that_cannot_be_kept_is_refused(sensor: str, rate: float, allowed
         lambda: Timing(10.0, dropout=1.5),
         lambda: Timing(float("nan")),
         lambda: replace(SILENT_GNSS, sigma=-1.0),
+        lambda: replace(SILENT_GNSS, drift_time=0.0),
+        lambda: replace(SILENT_GNSS, drift_time=float("nan")),
         lambda: replace(SILENT_IMU, gyro_sigma=float("nan")),
     ],
 )
