@@ -30,6 +30,8 @@ class Diagnosed:
                  parameters together could all be larger or smaller by the same factor
     surroundings True for the road and the air: the model's value is that of the drives it was learnt from, and another
                  drive has one of its own
+    by_gear      True for a force of which each gear has another: where the model changes gears, its value is that of
+                 the gears in which its drives met it
     hides_in     (parameter of S, place): parameters whose tuned value may stand in for this effect, and its place among
                  the effects tried for each; only the first few are tried
     """
@@ -48,4 +50,5 @@ class Diagnosed:
     input_scales: tuple[str, ...] = ()
     scaled_by: tuple[tuple[str, str], ...] = ()
     surroundings: bool = False
+    by_gear: bool = False
     hides_in: tuple[tuple[str, int], ...] = ()

@@ -188,15 +188,20 @@ def _open_down_to(target: ExperimentSet, candidate: Candidate, c: Coordinate) ->
 
 
 def of_other_drives(model: VehicleModel, tried: Iterable[Candidate]) -> dict[str, dict[str, float]]:
-    """How large the road and the air are that the model was learnt on, by key: another drive has its own, and the one
-    draw that is known of them says that theirs may be as large, to either side."""
+    """How far values lie apart that are of a drive and not of the car, by key. Another drive has a road and an air of
+    its own, and the one draw that is known of them says that theirs may be as large, to either side. A force that
+    differs from gear to gear is that of the gears in which it was met; the next one has as much less as it is longer.
+    """
     present = {a.name: a.values for a in model.effects}
+    longer = present.get("gear_changes", {}).get("step", 1.0) - 1.0
     found: dict[str, dict[str, float]] = {}
     for candidate in tried:
-        if candidate.name in present and candidate.effect.diagnosed.surroundings:
+        by_gear = candidate.effect.diagnosed.by_gear
+        if candidate.name in present and (candidate.effect.diagnosed.surroundings or by_gear):
             for c in sizes(candidate.coordinates):
-                size = abs(present[candidate.name].get(c.key.name, c.key.neutral) - c.key.neutral)
-                if isfinite(size):
+                value = present[candidate.name].get(c.key.name, c.key.neutral)
+                size = value * longer if by_gear else abs(value - c.key.neutral)
+                if isfinite(size) and size > 0.0:
                     found.setdefault(candidate.name, {})[c.key.name] = as_measured(size)
     return found
 

@@ -287,3 +287,15 @@ def test_the_road_and_the_air_of_a_twin_are_those_of_its_drives() -> None:
     assert found["headwind"]["speed"] == 3.0
     assert set(found) == {"road_bank", "headwind"}
     assert of_other_drives(parse_model(car), among) == {}
+
+
+@pytest.mark.parametrize(("gears", "apart"), [("", {}), ("1.6", {"limit": pytest.approx(1.2)})])
+def test_a_force_that_each_gear_has_another_of_is_that_of_the_drives(gears: str, apart: dict[str, float]) -> None:
+    """Greatest drive of 2 m/s^2 in one gear, next to gears 1.6 apart: in another one it may as well be 0.8 or 3.2."""
+    car = "[model]\nname = 'car'\n[inputs]\nlongitudinal = 'accel_cmd'\n[parameters]\nwheelbase = 2.5\n"
+    limit = "[[effect]]\nname = 'drive_torque_limit'\nparameters = {limit = {value = 2.0}}\n"
+    box = "[[effect]]\nname = 'gear_changes'\n"
+    box += "parameters = {T = {value = 0.4}, v1 = {value = 4.0}, step = {value = 1.6}}"
+    twin = parse_model(car + limit + (box if gears else ""))
+    among = candidates(twin, [find_effect("drive_torque_limit"), find_effect("gear_changes")], ay=True)
+    assert of_other_drives(twin, among).get("drive_torque_limit", {}) == apart

@@ -27,7 +27,7 @@ from vehicle.model.shown_by import ACCELERATES, ACCELERATES_WELL, DRIVE, SPEED, 
     ),
     reveals="acceleration steps of growing size at 2 and at 8 m/s",
     shown_by=ShownBy(138, (DRIVE, SPEED), (ACCELERATES,), usual=(ACCELERATES_WELL,)),
-    diagnosed=Diagnosed(seen_as=(("drive_gain", "acceleration"),)),
+    diagnosed=Diagnosed(seen_as=(("drive_gain", "acceleration"),), by_gear=True),
 )
 def drive_torque_limit(x: Bus, p: Any, m: Any) -> None:
     if x.accel + abs(x.accel_lead) > p.limit:
