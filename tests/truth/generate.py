@@ -98,11 +98,12 @@ def late(signal: FloatArray, delay: float) -> FloatArray:
 
 
 def smooth(signal: FloatArray, tau: float) -> FloatArray:
-    """The fine signal behind a first-order low pass of time constant `tau` [s], at rest before it."""
+    """The fine signal behind a first-order low pass of time constant `tau` [s], at rest before it. A value holds until
+    the next one, as a command does."""
     if tau <= 0.0:
         return signal
     kept = float(np.exp(-H / tau))
-    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], signal, zi=[kept * signal[0]])[0])
+    return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], signal, zi=[signal[0]])[0])
 
 
 def sensed(fine: FloatArray, effects: Effects) -> dict[str, FloatArray]:
