@@ -192,6 +192,7 @@ class LiveCar(Ros2Vehicle):
         )
         self._told = 0  # rows of the grid
         self._placed = self._real
+        self._tell_unfit()
         end.heard = self._listened = time.monotonic_ns()
 
     def _rows(self) -> FloatArray:
@@ -296,7 +297,7 @@ class LiveCar(Ros2Vehicle):
             said = end.take(topics.DESCRIPTION)
             if said:
                 return msgspec.json.decode(said[-1].data, type=VehicleDescription)
-        raise VehicleLost(f"no car answered on the wire within {ready:g} s")
+        raise VehicleLost(self._nobody(ready))
 
     def _go_on(self) -> None:
         """Nothing waits for a step."""

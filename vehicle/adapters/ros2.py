@@ -122,6 +122,7 @@ class Ros2Vehicle:
         for before in (self._headings, self._forces, self._asked):
             before.clear()
         self._health.reset(self._expected())
+        self._tell_unfit()
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call; `surroundings` go to what renders a simulated car's sensors."""
@@ -178,10 +179,20 @@ class Ros2Vehicle:
             except Silence:
                 waited += CALL
                 if waited >= ready:
-                    raise VehicleLost(f"no car answered on the wire within {ready:g} s") from None
+                    raise VehicleLost(self._nobody(ready)) from None
                 continue
             said = end.take(topics.DESCRIPTION)[-1].data
             return msgspec.json.decode(said, type=VehicleDescription)
+
+    def _nobody(self, ready: float) -> str:
+        """That no car answered, and what is there in its place."""
+        unfit = "".join(f"; {topic.name} is {how}" for topic, how in self._wire().unmatched().items())
+        return f"no car answered on the wire within {ready:g} s{unfit}"
+
+    def _tell_unfit(self) -> None:
+        """Name each topic that is there, and of which nothing can come: another type, or a QoS that does not match."""
+        for topic, how in self._wire().unmatched().items():
+            self._record(Trouble(self._clock(), topic.name, f"unfit: {how}", 1.0))
 
     def _wire(self) -> End:
         if self._end is None:

@@ -16,7 +16,8 @@ and does not jump. The rhythm is learnt from its first messages. Stamps may jitt
 
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
 "elsewhere", a fix far from the car's own pose, kept back; "malformed: ...", a message of a form that is not understood;
-of CAN frames "checksum" and "length".
+"unfit: ...", a topic of another type, or of a quality of service (QoS) that does not match; of CAN frames "checksum"
+and "length".
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Trouble(NamedTuple):
 
     def __str__(self) -> str:
         unit = {"lost": "messages", "frozen": "messages", "jump": "m", "elsewhere": "m"}.get(self.what, "s")
-        plain = self.what in _PLAIN or self.what.startswith("malformed")
+        plain = self.what in _PLAIN or self.what.startswith(("malformed", "unfit"))
         return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
 
 
