@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import hypot, nan
+from functools import partial
+from math import degrees, hypot, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -81,6 +82,7 @@ class Ros2Vehicle:
         self._forces: deque[Imu] = deque()  # felt after the newest row of motion
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
+        self._noted: set[str] = set()
         self._record, self._health = record, Health(record)
         self._end: End | None = end(opener, topics.TO_CAR, self.reads, (topics.STEP, topics.DONE), alive)
         try:
@@ -119,7 +121,7 @@ class Ros2Vehicle:
         self._rows(), self._observed()  # what was under way belongs to the time before
         self._there = None
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
-        for before in (self._headings, self._forces, self._asked):
+        for before in (self._headings, self._forces, self._asked, self._noted):
             before.clear()
         self._health.reset(self._expected())
         self._tell_unfit()
@@ -238,7 +240,7 @@ class Ros2Vehicle:
             self._now / convert.SECOND,
             gnss=self._fixes(),
             odometry=wheels,
-            imu=tuple(self._sound(topics.IMU, convert.imu_from_ros)),
+            imu=self._felt(topics.IMU),
             lidar=clouds[-1] if clouds else None,
             camera=frames[-1] if frames else None,
             signals=convert.signals_from_ros(lights[-1]) if lights else (),
@@ -271,9 +273,14 @@ class Ros2Vehicle:
     def _fixes(self) -> tuple[GnssFix, ...]:
         """Places, each with the heading of its stamp if that came too."""
         headings = self._sound(topics.HEADING, convert.heading_from_ros)
+        if any(heading.yaw is not None and not heading.stated for heading in headings):
+            sigma = convert.UNSTATED_YAW_SIGMA
+            self._note(
+                topics.HEADING, f"assumed: an accuracy, as none is stated: {sigma:g} rad ({degrees(sigma):.0f} deg)"
+            )
         self._headings |= {heading.t: heading for heading in headings}
         fixes = []
-        for fix in self._sound(topics.FIX, convert.fix_from_ros):
+        for fix in self._sound(topics.FIX, self._fix):
             if isinstance(fix, convert.NoFix) or self._is_elsewhere(fix):
                 continue
             heading = self._headings.pop(fix.t, None)
@@ -283,6 +290,26 @@ class Ros2Vehicle:
         if fixes:
             self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
         return tuple(fixes)
+
+    def _fix(self, message: Any) -> GnssFix | convert.NoFix:
+        fix = convert.fix_from_ros(message)
+        if isinstance(fix, GnssFix) and not convert.states_accuracy(message):
+            self._note(topics.FIX, f"assumed: an accuracy, as none is stated: {convert.UNSTATED_SIGMA:.1f} m per axis")
+        return fix
+
+    def _felt(self, topic: topics.Topic, *, turns: bool = True) -> tuple[Imu, ...]:
+        """Readings of an IMU; none from one that says that it does not measure what is asked of it."""
+        said = self._sound(topic, partial(convert.imu_from_ros, turns=turns))
+        if any(isinstance(each, convert.NotMeasured) for each in said):
+            what = "force or yaw rate" if turns else "force"
+            self._note(topic, f"unmeasured: {what}, as its covariance of -1 says; its messages are not used")
+        return tuple(each for each in said if isinstance(each, Imu))
+
+    def _note(self, topic: topics.Topic, what: str) -> None:
+        """Tell once a run how messages were understood."""
+        if f"{topic.name} {what}" not in self._noted:
+            self._noted.add(f"{topic.name} {what}")
+            self._record(Trouble(self._clock(), topic.name, what, 1.0))
 
     def _is_elsewhere(self, fix: GnssFix) -> bool:
         """Whether a fix is far from where the car says that it is; then it is told."""
@@ -314,7 +341,7 @@ class Ros2Vehicle:
     def _rows(self) -> FloatArray:
         """Reference motion that has come, with the force felt and the steering angle reported last before."""
         self._take_feedback()
-        self._forces.extend(self._sound(topics.REFERENCE_IMU, convert.imu_from_ros))
+        self._forces.extend(self._felt(topics.REFERENCE_IMU, turns=False))
         motions = self._sound(topics.ODOMETRY, convert.state_from_ros)
         rows = np.zeros((len(motions), 12))
         for row, now in zip(rows, motions, strict=True):

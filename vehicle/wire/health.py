@@ -17,7 +17,8 @@ and does not jump. The rhythm is learnt from its first messages. Stamps may jitt
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
 "elsewhere", a fix far from the car's own pose, kept back; "malformed: ...", a message of a form that is not understood;
 "unfit: ...", a topic of another type, or of a quality of service (QoS) that does not match; of CAN frames "checksum"
-and "length".
+and "length". What begins with "assumed:", "unmeasured:" or "unpaired:" is no fault but a note on what was made of
+sound messages.
 """
 
 from __future__ import annotations
@@ -56,10 +57,16 @@ class Trouble(NamedTuple):
 
     def __str__(self) -> str:
         unit = {"lost": "messages", "frozen": "messages", "jump": "m", "elsewhere": "m"}.get(self.what, "s")
-        plain = self.what in _PLAIN or self.what.startswith(("malformed", "unfit"))
+        plain = self.what in _PLAIN or ":" in self.what
         return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
 
+    @property
+    def is_note(self) -> bool:
+        """Whether nothing is wrong: it only tells how messages were understood."""
+        return self.what.startswith(NOTES)
 
+
+NOTES = ("assumed:", "unmeasured:", "unpaired:")
 _PLAIN = ("not_finite", "repeated", "not_obeyed", "checksum", "length")
 
 

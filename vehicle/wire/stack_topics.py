@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import msgspec
 
-from vehicle.messages import Detection, GnssFix, Observation, Task
+from vehicle.messages import Detection, GnssFix, Imu, Observation, Task
 from vehicle.wire import convert, topics
 from vehicle.wire import ros2_types as ros
 from vehicle.wire.end import End
@@ -76,7 +76,7 @@ def take_observation(end: End, ns: int) -> Observation:
         ns / convert.SECOND,
         gnss=tuple(fix for fix in said if isinstance(fix, GnssFix)),
         odometry=tuple(map(convert.feedback_from_ros, end.take(topics.FEEDBACK))),
-        imu=tuple(map(convert.imu_from_ros, end.take(topics.IMU))),
+        imu=tuple(felt for felt in map(convert.imu_from_ros, end.take(topics.IMU)) if isinstance(felt, Imu)),
         lidar=convert.points_from_ros(clouds[-1]) if clouds else None,
         camera=convert.camera_from_ros(frames[-1]) if frames else None,
         signals=convert.signals_from_ros(lights[-1]) if lights else (),
