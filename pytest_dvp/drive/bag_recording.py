@@ -91,12 +91,15 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
         table[:, 11] = np.interp(table[:, 0], [w.t for w in wheels], [w.steer for w in wheels])
     asked_for = np.array(commands).reshape(-1, 3) - (begin, 0.0, 0.0)
 
+    turned = sorted(headings)
+
     def play() -> Iterator[Arrived]:
         with _open(path) as (again, charged):
             for topic, came, message in _messages(again, charged):
                 sensed: Sensed | None = None
                 if topic == topics.FIX.name:
-                    fix = convert.fix_from_ros(message, headings.get(convert.seconds(message.header)))
+                    beside = convert.nearest(turned, convert.seconds(message.header))
+                    fix = convert.fix_from_ros(message, None if beside is None else headings[beside])
                     sensed = None if isinstance(fix, convert.NoFix) else fix
                 elif topic in sensors:
                     said = sensors[topic](message)

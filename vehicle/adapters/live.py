@@ -183,6 +183,7 @@ class LiveCar(Ros2Vehicle):
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
         self._yaw, self._sigma, self._there = state.yaw, nan, None
+        self._turns, self._alone = False, 0
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked, self._wheels, self._noted):
             before.clear()

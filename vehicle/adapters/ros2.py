@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from math import degrees, hypot, nan
+from math import degrees, hypot, log10, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -78,7 +78,8 @@ class Ros2Vehicle:
         self._there: tuple[float, float] | None = None  # x, y [m] of the newest row of motion
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
-        self._headings: dict[float, convert.Heading] = {}
+        self._headings: dict[float, convert.Heading] = {}  # that no fix has had yet, in their order
+        self._turns, self._alone = False, 0  # whether headings come at all; fixes that found none
         self._forces: deque[Imu] = deque()  # felt after the newest row of motion
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
@@ -119,7 +120,7 @@ class Ros2Vehicle:
         self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
-        self._there = None
+        self._there, self._turns, self._alone = None, False, 0
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
         for before in (self._headings, self._forces, self._asked, self._noted):
             before.clear()
@@ -271,7 +272,11 @@ class Ros2Vehicle:
         return self._health.sift(topic.name, messages, now)
 
     def _fixes(self) -> tuple[GnssFix, ...]:
-        """Places, each with the heading of its stamp if that came too."""
+        """Places, each with the heading nearest to its stamp, if one within convert.PAIRED has come too.
+
+        One that comes later finds its place handed on already. How many places had none is told, as headings are lost
+        then: of the first, tenth and hundredth of them, and so on.
+        """
         headings = self._sound(topics.HEADING, convert.heading_from_ros)
         if any(heading.yaw is not None and not heading.stated for heading in headings):
             sigma = convert.UNSTATED_YAW_SIGMA
@@ -279,16 +284,26 @@ class Ros2Vehicle:
                 topics.HEADING, f"assumed: an accuracy, as none is stated: {sigma:g} rad ({degrees(sigma):.0f} deg)"
             )
         self._headings |= {heading.t: heading for heading in headings}
+        self._turns |= bool(headings)
         fixes = []
         for fix in self._sound(topics.FIX, self._fix):
             if isinstance(fix, convert.NoFix) or self._is_elsewhere(fix):
                 continue
-            heading = self._headings.pop(fix.t, None)
-            if heading is not None:
+            beside = convert.nearest(tuple(self._headings), fix.t)
+            if beside is not None:
+                heading = self._headings.pop(beside)
                 fix = msgspec.structs.replace(fix, yaw=heading.yaw, yaw_sigma=heading.sigma)
+            elif self._turns:
+                self._alone += 1
+                if log10(self._alone).is_integer():
+                    places = "1 fix" if self._alone == 1 else f"{self._alone} fixes"
+                    self._note(
+                        topics.HEADING, f"unpaired: {places} so far, as none within {convert.PAIRED:g} s had come"
+                    )
             fixes.append(fix)
         if fixes:
-            self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
+            since = fixes[-1].t - convert.PAIRED
+            self._headings = {t: heading for t, heading in self._headings.items() if t > since}
         return tuple(fixes)
 
     def _fix(self, message: Any) -> GnssFix | convert.NoFix:
