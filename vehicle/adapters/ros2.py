@@ -32,6 +32,7 @@ from vehicle.messages import (
 )
 from vehicle.wire import convert, ros2_types, topics
 from vehicle.wire.end import End, Opener, Silence
+from vehicle.wire.geodetic import DEFAULT_ORIGIN
 from vehicle.wire.health import Health, Trouble
 
 M = TypeVar("M")
@@ -84,6 +85,7 @@ class Ros2Vehicle:
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
         self._noted: set[str] = set()
+        self._origin = DEFAULT_ORIGIN  # of the map, for its fixes
         self._record, self._health = record, Health(record)
         self._end: End | None = end(opener, topics.TO_CAR, self.reads, (topics.STEP, topics.DONE), alive)
         try:
@@ -307,7 +309,7 @@ class Ros2Vehicle:
         return tuple(fixes)
 
     def _fix(self, message: Any) -> GnssFix | convert.NoFix:
-        fix = convert.fix_from_ros(message)
+        fix = convert.fix_from_ros(message, origin=self._origin)
         if isinstance(fix, GnssFix) and not convert.states_accuracy(message):
             self._note(topics.FIX, f"assumed: an accuracy, as none is stated: {convert.UNSTATED_SIGMA:.1f} m per axis")
         return fix

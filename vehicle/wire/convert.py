@@ -207,7 +207,7 @@ def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAUL
     if place.status.status < 0:  # sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1, "unable to fix position"
         return NoFix(seconds(place.header))
     # sensor_msgs/NavSatFix: altitude is a "quiet NaN if no altitude is available"
-    height = origin.height if isnan(place.altitude) else place.altitude
+    height = (origin.height or 0.0) if isnan(place.altitude) else place.altitude
     x, y, _ = to_map(place.latitude, place.longitude, height, origin)
     variance = 0.5 * (place.position_covariance[0] + place.position_covariance[4])
     sigma = sqrt(variance) if states_accuracy(place) else UNSTATED_SIGMA
