@@ -83,6 +83,18 @@ def position_sigma_of(vehicle: Vehicle | StatesItsPosition) -> float:
 
 
 @runtime_checkable
+class KnowsItsMap(Protocol):
+    """What a vehicle whose fixes are latitude and longitude also has."""
+
+    def locate_map(self, origin: Any, why_not: str) -> None:
+        """Where the map of the scenario lies (vehicle.wire.geodetic.Origin), as its road file says. None: it does not
+        say, or, if there is a reason `why_not`, says it in a way that cannot be read.
+
+        Raises VehicleLost if the vehicle needs what cannot be read.
+        """
+
+
+@runtime_checkable
 class ReportsMessageFaults(Protocol):
     """What a vehicle that judges its own messages also has."""
 

@@ -6,7 +6,7 @@ When a message came is told by the bag's clock, which need not be the car's: the
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from pytest_dvp.logs.formats.ros_bag import Decoder, bag_of
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from vehicle.adapters.replay import Arrived, Recording, Sensed
-from vehicle.messages import VehicleDescription
+from vehicle.messages import Imu, VehicleDescription
 
 STEP = 0.01  # s
 NEEDED = "/vehicle/odom"
@@ -44,13 +44,14 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     except ImportError:
         text = f"{path}: its messages need cyclonedds: pip install -e '.[ros2]' from the checkout"
         raise LogError(text, "log.extra_missing") from None
-    sensors = {
+    sensors: dict[str, Callable[[Any], Any]] = {
         topics.IMU.name: convert.imu_from_ros,
         topics.FEEDBACK.name: convert.feedback_from_ros,
         topics.POINTS.name: convert.points_from_ros,
         topics.CAMERA.name: convert.camera_from_ros,
     }
-    motions, forces, commands, wheels = [], {}, [], []
+    motions, commands, wheels = [], [], []
+    forces: dict[float, Imu] = {}
     headings: dict[float, Any] = {}
     fastest = np.inf
     names = set()
@@ -66,7 +67,9 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
             if topic == NEEDED:
                 motions.append(convert.state_from_ros(message))
             elif topic == topics.REFERENCE_IMU.name:
-                forces[convert.seconds(message.header)] = convert.imu_from_ros(message)
+                felt = convert.imu_from_ros(message, turns=False)
+                if isinstance(felt, Imu):
+                    forces[felt.t] = felt
             elif topic == topics.COMMAND.name:
                 asked = convert.command_from_ros(message)
                 commands.append((asked.t, asked.steer, asked.accel))
@@ -79,8 +82,8 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     begin = motions[0].t
     table = np.array([(m.t, m.x, m.y, m.z, m.yaw, m.v, m.vx, m.vy, m.yaw_rate, 0.0, 0.0, 0.0) for m in motions])
     for row, motion in zip(table, motions, strict=True):
-        felt = forces.get(motion.t)
-        row[9:11] = (felt.ax, felt.ay) if felt is not None else np.nan
+        force = forces.get(motion.t)
+        row[9:11] = (force.ax, force.ay) if force is not None else np.nan
     given = {"x": table[:, 1], "y": table[:, 2], "yaw": table[:, 4], "v": table[:, 5]}
     check_motion(str(path), table[:, 0] - begin, given)
     table[:, 4] = np.unwrap(table[:, 4])
@@ -88,15 +91,19 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
         table[:, 11] = np.interp(table[:, 0], [w.t for w in wheels], [w.steer for w in wheels])
     asked_for = np.array(commands).reshape(-1, 3) - (begin, 0.0, 0.0)
 
+    turned = sorted(headings)
+
     def play() -> Iterator[Arrived]:
         with _open(path) as (again, charged):
             for topic, came, message in _messages(again, charged):
                 sensed: Sensed | None = None
                 if topic == topics.FIX.name:
-                    fix = convert.fix_from_ros(message, headings.get(convert.seconds(message.header)))
+                    beside = convert.nearest(turned, convert.seconds(message.header))
+                    fix = convert.fix_from_ros(message, None if beside is None else headings[beside])
                     sensed = None if isinstance(fix, convert.NoFix) else fix
                 elif topic in sensors:
-                    sensed = sensors[topic](message)  # type: ignore[assignment]
+                    said = sensors[topic](message)
+                    sensed = None if isinstance(said, convert.NotMeasured) else said
                 if sensed is not None and sensed.t >= begin:
                     yield Arrived(came - fastest - begin, msgspec.structs.replace(sensed, t=sensed.t - begin))
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pytest_dvp.drive.run_spec import RunSpec
     from vehicle.adapter import Vehicle
     from vehicle.model.vehicle_model import AppliedEffect
+    from vehicle.wire.geodetic import Origin
     from vehicle.wire.health import Trouble
 
 
@@ -31,19 +32,20 @@ def open_vehicle(
     *,
     record: Callable[[Trouble], None] = lambda _: None,
     perception: Sequence[AppliedEffect] = (),
+    origin: tuple[Origin | None, str] = (None, ""),
 ) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
     """The car of stage "pe" or "rw" of a run, running and waiting; `check_asked` comes before.
 
     `record` gets every trouble with its messages; with the effects `perception` the car of stage "pe" sees the virtual
-    road users. The second result tells how punctual it was, for the log; empty in
-    stepped time. Raises VehicleLost if it does not come.
+    road users; `origin` is where the map lies, or why that is not known. The second result tells how punctual it was,
+    for the log; empty in stepped time. Raises VehicleLost if it does not come.
     """
     from vehicle.adapters.mirror import in_parallel
 
     stage, seed = spec.stage, spec.seed
     name, _, hidden = spec.vehicle.partition(":")
     if name not in VEHICLES:
-        return _open_adapter(stage, spec.vehicle, seed, perception, record)
+        return _open_adapter(stage, spec.vehicle, seed, perception, record, origin)
     within, options = hidden_in(spec.vehicle), dict[str, Any](record=record)
     if spec.truth is not None:
         options["truth"] = spec.truth
@@ -71,9 +73,14 @@ def open_vehicle(
 
 
 def _open_adapter(
-    stage: str, vehicle: str, seed: int, perception: Sequence[AppliedEffect], record: Callable[[Trouble], None]
+    stage: str,
+    vehicle: str,
+    seed: int,
+    perception: Sequence[AppliedEffect],
+    record: Callable[[Trouble], None],
+    origin: tuple[Origin | None, str],
 ) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
-    from vehicle.adapter import ReportsMessageFaults, Vehicle
+    from vehicle.adapter import KnowsItsMap, ReportsMessageFaults, Vehicle
     from vehicle.adapters.mirror import in_parallel
 
     name, _, argument = vehicle.partition(":")
@@ -86,6 +93,8 @@ def _open_adapter(
         raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
     if isinstance(car, ReportsMessageFaults):
         car.tell(record)
+    if isinstance(car, KnowsItsMap):
+        car.locate_map(*origin)
 
     def told() -> dict[str, Any]:
         """A method of the car, or what has one: a new object for each run."""

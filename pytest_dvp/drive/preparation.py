@@ -81,7 +81,7 @@ def prepare(request: Request) -> Ready:
     ego = find_ego(scenario, request.spec.ego)
     ads = request.ads or find_ads()
     P = in_force(ads, request.P, request.spec.stage)
-    vehicle, about, gate_log = _vehicle(request, ego, read_by(ads))
+    vehicle, about, gate_log = _vehicle(request, network, ego, read_by(ads))
     try:
         parts = _Parts(scenario, network, gates, gate_folder, ego, ads, P, vehicle, about)
         return dataclasses.replace(_ready(request, parts), gate_log=gate_log, targets=_targets(request))
@@ -332,10 +332,10 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
 
 
 def _vehicle(
-    request: Request, ego: ScenarioObject, reads: frozenset[str] | None
+    request: Request, network: RoadNetwork, ego: ScenarioObject, reads: frozenset[str] | None
 ) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     if request.spec.stage != "dt":
-        return _car(request, ego)
+        return _car(request, network, ego)
     from vehicle.model.simulator_parameters import apply_s
     from vehicle.sensors import default_sensors
     from vehicle.twin import Twin
@@ -356,7 +356,7 @@ def _vehicle(
     )
 
 
-def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
+def _car(request: Request, network: RoadNetwork, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     """The car of stages pe and rw behind the guard; its body is its own, not the scenario's."""
     from vehicle.guard.envelope import read_envelope
     from vehicle.model.simulator_parameters import scenario_parameters
@@ -370,7 +370,7 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     )  # before waiting for the car
     gate_log = GuardLog()
     perception = _mirrored_with(request)
-    car = guarded_car(request, envelope, gate_log, perception)
+    car = guarded_car(request, network, envelope, gate_log, perception)
     name = request.spec.vehicle.partition(":")[0]
     allowed: dict[str, Any] = (
         {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}

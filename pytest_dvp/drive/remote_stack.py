@@ -5,6 +5,9 @@
     start = 60.0                                                  # s until it must have answered for the first time
     [parameters]                                                  # of its own, with defaults: --set P.NAME=VALUE
     LK_look = 1.2
+    [origin]                                                      # of the map; default: what its geoReference says
+    latitude = 48.137
+    longitude = 11.575
     [environment]
     RMW_IMPLEMENTATION = "rmw_cyclonedds_cpp"
 
@@ -31,8 +34,9 @@ from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
+    from vehicle.wire.geodetic import Origin
 
-KEYS = ("command", "answer", "start", "environment", "parameters")
+KEYS = ("command", "answer", "start", "environment", "parameters", "origin")
 DAY = 86400.0  # s
 CALL = 0.2  # s between two calls to a stack that does not answer yet
 STANDING = 0.05  # m/s
@@ -50,7 +54,7 @@ class RemoteStack:
 
     def __init__(self, file: str | Path, *, keep: bool = True) -> None:
         self._file, self._keep = Path(file), keep
-        self._command, self._environment, self._answer, self._start, self.parameters = _read(self._file)
+        self._command, self._environment, self._answer, self._start, self.parameters, self.origin = _read(self._file)
         self._wire: _Wire | None = None
 
     def __call__(self, parameters: Any, network: Any, description: Any) -> _Drive:
@@ -82,11 +86,14 @@ class _Drive:
 
     def __init__(self, stack: RemoteStack, parameters: Any, network: Any, description: Any) -> None:
         from ads.control.pedals import PiPedals
+        from pytest_dvp.drive.map_origin import map_origin
+        from vehicle.wire.geodetic import DEFAULT_ORIGIN
 
         self._stack = stack
         self._run = {
             "parameters": as_plain(parameters),
             "map": str(Path(network.file.path).absolute()),
+            "origin": stack.origin or map_origin(network)[0] or DEFAULT_ORIGIN,
             "vehicle": msgspec.to_builtins(description),
         }
         self._reset = False
@@ -175,6 +182,7 @@ class _Wire:
         from vehicle.wire.ros2_types import String
 
         assert self._end is not None
+        self._origin = run["origin"]
         self._end.send(wire.RESET, String(msgspec.json.encode(run).decode()))
         self._go_on(t)
         self._end.take(wire.STATE)
@@ -185,7 +193,7 @@ class _Wire:
         from vehicle.wire import stack_topics as wire
 
         assert self._end is not None
-        wire.send_observation(self._end, seen)
+        wire.send_observation(self._end, seen, self._origin)
         self._go_on(seen.t)
         commands, states = self._end.take(topics.COMMAND), self._end.take(wire.STATE)
         if not commands:
@@ -212,7 +220,9 @@ class _Wire:
             raise AdsFault(f"the stack did not answer within {self._answer:g} s at t = {t:.2f} s") from None
 
 
-def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str, float]]:
+def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str, float], Origin | None]:
+    from vehicle.wire.geodetic import read_origin
+
     try:
         given, _ = read_toml(file)
     except TomlError as error:
@@ -234,4 +244,8 @@ def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str
     parameters = given.get("parameters", {})
     if not isinstance(parameters, dict):
         raise AdsError(f"{file}: [parameters]: found {parameters!r}, allowed: names with numbers")
-    return command, environment, times[0], times[1], parameters
+    try:
+        origin = read_origin(given["origin"]) if "origin" in given else None
+    except ValueError as error:
+        raise AdsError(f"{file}: [origin]: {error}") from None
+    return command, environment, times[0], times[1], parameters, origin

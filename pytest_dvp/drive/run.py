@@ -26,6 +26,7 @@ from pytest_dvp.drive.stages import REAL, REPLAY, StageError
 from pytest_dvp.drive.tick_time import tick_time
 from pytest_dvp.drive.tick_time import tick_time_notes as said_of_ticks
 from pytest_dvp.drive.weather import weather_notes as said_of_weather
+from pytest_dvp.drive.wire_log import wire_notes as said_of_wire
 from pytest_dvp.logs.log import Log
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
@@ -309,6 +310,7 @@ def _judged(
         notes=(
             *_unused_arming(request),
             *said_of_gate(log),
+            *said_of_wire(log),
             *said_of_weather(log),
             *said_of_replay(log, measured),
             *_punctuality(log),

@@ -55,10 +55,12 @@ def _serve(domain: int, ads: Any) -> None:
     from vehicle.wire import stack_topics as wire
     from vehicle.wire.dds import on_domain
     from vehicle.wire.end import End, Silence
+    from vehicle.wire.geodetic import DEFAULT_ORIGIN, Origin
     from vehicle.wire.ros2_types import String
 
     end = End(on_domain(domain), wire.FROM_STACK, wire.TO_STACK, (wire.DONE, wire.STEP), lambda: None)
     driver: Any = None
+    origin = DEFAULT_ORIGIN
     path: Any = None
     deceleration = 0.0
     while True:
@@ -70,9 +72,11 @@ def _serve(domain: int, ads: Any) -> None:
             if end.matched():
                 end.step(0, now)
             continue
-        observation, resets = wire.take_observation(end, now), end.take(wire.RESET)
+        resets = end.take(wire.RESET)
+        observation = wire.take_observation(end, now, origin)
         if resets:
             run = json.loads(resets[-1].data)
+            origin = msgspec.convert(run["origin"], Origin)
             car = msgspec.convert(run["vehicle"], VehicleDescription)
             driver, path, deceleration = _made(ads, run, car), None, car.max_deceleration
         elif driver is not None:

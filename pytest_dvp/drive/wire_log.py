@@ -1,7 +1,8 @@
 """Troubles with a car's messages, for the log and the verdict: what was measured over a faulty wire proves nothing.
 
 Each trouble is an event of the kind `wire` (element: the topic), written when it begins and again after it has been
-away for half a second. A log with one never passes: FAIL and ERROR stay, PASS becomes INCONCLUSIVE.
+away for half a second. A log with one never passes: FAIL and ERROR stay, PASS becomes INCONCLUSIVE. How sound messages
+were understood, such as an accuracy that was assumed, is an event `wire_note`, and a note of the run.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from pytest_dvp.verdicts.judging import Verdict
     from vehicle.wire.health import Trouble
 
-WIRE = "wire"
+WIRE, NOTE = "wire", "wire_note"
 AWAY = 0.5  # s
 
 
@@ -34,7 +35,7 @@ class WireLog:
         for trouble in self._troubles:
             key = trouble.topic, trouble.what
             if trouble.t - self._last.get(key, -AWAY) >= AWAY or key not in self._last:
-                recorder.event(trouble.t, WIRE, trouble.topic, str(trouble))
+                recorder.event(trouble.t, NOTE if trouble.is_note else WIRE, trouble.topic, str(trouble))
             self._last[key] = trouble.t
         self._troubles.clear()
 
@@ -55,6 +56,12 @@ def wire_verdict(log: Log) -> Verdict | None:
     first = events[0].t
     text = f"faults on the wire: {named}; first at t={first:.2f} s"
     return Verdict("wire", "", "INCONCLUSIVE", None, "", None, None, first, "", text, text, "", None)
+
+
+def wire_notes(log: Log) -> tuple[str, ...]:
+    """A line for each topic and each thing that was understood in a way that its messages do not say; the newest."""
+    newest = {(each.element, each.text.partition(":")[0]): each for each in log.events if each.kind == NOTE}
+    return tuple(f"{event.element}: {event.text}" for event in newest.values())
 
 
 def _some(topics: list[str]) -> str:

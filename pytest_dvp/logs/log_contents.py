@@ -92,6 +92,7 @@ class LogEvent:
            (element: the object hit), "request" (a storyboard action on the ego), "start" and "goal" of the task,
            "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault",
            "gate" (element: what the guard did, text: why), "wire" (element: topic, text: what was wrong),
+           "wire_note" (element: topic, text: what was assumed of sound messages),
            "signal" (a traffic light, element: its id, text: its new state),
            "environment" (what holds from now on of road, air and light),
            "monitor" (of the scenario, element: its name, text: its value),

@@ -183,8 +183,9 @@ class LiveCar(Ros2Vehicle):
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
         self._yaw, self._sigma, self._there = state.yaw, nan, None
+        self._turns, self._alone = False, 0
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
-        for before in (self._headings, self._forces, self._asked, self._wheels):
+        for before in (self._headings, self._forces, self._asked, self._wheels, self._noted):
             before.clear()
         self._health.reset(self._expected())
         self._raw = np.array(
@@ -192,6 +193,7 @@ class LiveCar(Ros2Vehicle):
         )
         self._told = 0  # rows of the grid
         self._placed = self._real
+        self._tell_unfit()
         end.heard = self._listened = time.monotonic_ns()
 
     def _rows(self) -> FloatArray:
@@ -296,7 +298,7 @@ class LiveCar(Ros2Vehicle):
             said = end.take(topics.DESCRIPTION)
             if said:
                 return msgspec.json.decode(said[-1].data, type=VehicleDescription)
-        raise VehicleLost(f"no car answered on the wire within {ready:g} s")
+        raise VehicleLost(self._nobody(ready))
 
     def _go_on(self) -> None:
         """Nothing waits for a step."""

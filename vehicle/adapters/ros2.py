@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from math import hypot, nan
+from functools import partial
+from math import degrees, hypot, log10, nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -31,6 +32,7 @@ from vehicle.messages import (
 )
 from vehicle.wire import convert, ros2_types, topics
 from vehicle.wire.end import End, Opener, Silence
+from vehicle.wire.geodetic import DEFAULT_ORIGIN
 from vehicle.wire.health import Health, Trouble
 
 M = TypeVar("M")
@@ -77,10 +79,13 @@ class Ros2Vehicle:
         self._there: tuple[float, float] | None = None  # x, y [m] of the newest row of motion
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
-        self._headings: dict[float, convert.Heading] = {}
+        self._headings: dict[float, convert.Heading] = {}  # that no fix has had yet, in their order
+        self._turns, self._alone = False, 0  # whether headings come at all; fixes that found none
         self._forces: deque[Imu] = deque()  # felt after the newest row of motion
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
+        self._noted: set[str] = set()
+        self._origin = DEFAULT_ORIGIN  # of the map, for its fixes
         self._record, self._health = record, Health(record)
         self._end: End | None = end(opener, topics.TO_CAR, self.reads, (topics.STEP, topics.DONE), alive)
         try:
@@ -117,11 +122,12 @@ class Ros2Vehicle:
         self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
-        self._there = None
+        self._there, self._turns, self._alone = None, False, 0
         self._steers, self._force = [Odometry(state.t, state.v, state.steer)], Imu(state.t, 0.0, 0.0, 0.0)
-        for before in (self._headings, self._forces, self._asked):
+        for before in (self._headings, self._forces, self._asked, self._noted):
             before.clear()
         self._health.reset(self._expected())
+        self._tell_unfit()
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call; `surroundings` go to what renders a simulated car's sensors."""
@@ -178,10 +184,20 @@ class Ros2Vehicle:
             except Silence:
                 waited += CALL
                 if waited >= ready:
-                    raise VehicleLost(f"no car answered on the wire within {ready:g} s") from None
+                    raise VehicleLost(self._nobody(ready)) from None
                 continue
             said = end.take(topics.DESCRIPTION)[-1].data
             return msgspec.json.decode(said, type=VehicleDescription)
+
+    def _nobody(self, ready: float) -> str:
+        """That no car answered, and what is there in its place."""
+        unfit = "".join(f"; {topic.name} is {how}" for topic, how in self._wire().unmatched().items())
+        return f"no car answered on the wire within {ready:g} s{unfit}"
+
+    def _tell_unfit(self) -> None:
+        """Name each topic that is there, and of which nothing can come: another type, or a QoS that does not match."""
+        for topic, how in self._wire().unmatched().items():
+            self._record(Trouble(self._clock(), topic.name, f"unfit: {how}", 1.0))
 
     def _wire(self) -> End:
         if self._end is None:
@@ -227,7 +243,7 @@ class Ros2Vehicle:
             self._now / convert.SECOND,
             gnss=self._fixes(),
             odometry=wheels,
-            imu=tuple(self._sound(topics.IMU, convert.imu_from_ros)),
+            imu=self._felt(topics.IMU),
             lidar=clouds[-1] if clouds else None,
             camera=frames[-1] if frames else None,
             signals=convert.signals_from_ros(lights[-1]) if lights else (),
@@ -258,20 +274,59 @@ class Ros2Vehicle:
         return self._health.sift(topic.name, messages, now)
 
     def _fixes(self) -> tuple[GnssFix, ...]:
-        """Places, each with the heading of its stamp if that came too."""
+        """Places, each with the heading nearest to its stamp, if one within convert.PAIRED has come too.
+
+        One that comes later finds its place handed on already. How many places had none is told, as headings are lost
+        then: of the first, tenth and hundredth of them, and so on.
+        """
         headings = self._sound(topics.HEADING, convert.heading_from_ros)
+        if any(heading.yaw is not None and not heading.stated for heading in headings):
+            sigma = convert.UNSTATED_YAW_SIGMA
+            self._note(
+                topics.HEADING, f"assumed: an accuracy, as none is stated: {sigma:g} rad ({degrees(sigma):.0f} deg)"
+            )
         self._headings |= {heading.t: heading for heading in headings}
+        self._turns |= bool(headings)
         fixes = []
-        for fix in self._sound(topics.FIX, convert.fix_from_ros):
+        for fix in self._sound(topics.FIX, self._fix):
             if isinstance(fix, convert.NoFix) or self._is_elsewhere(fix):
                 continue
-            heading = self._headings.pop(fix.t, None)
-            if heading is not None:
+            beside = convert.nearest(tuple(self._headings), fix.t)
+            if beside is not None:
+                heading = self._headings.pop(beside)
                 fix = msgspec.structs.replace(fix, yaw=heading.yaw, yaw_sigma=heading.sigma)
+            elif self._turns:
+                self._alone += 1
+                if log10(self._alone).is_integer():
+                    places = "1 fix" if self._alone == 1 else f"{self._alone} fixes"
+                    self._note(
+                        topics.HEADING, f"unpaired: {places} so far, as none within {convert.PAIRED:g} s had come"
+                    )
             fixes.append(fix)
         if fixes:
-            self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
+            since = fixes[-1].t - convert.PAIRED
+            self._headings = {t: heading for t, heading in self._headings.items() if t > since}
         return tuple(fixes)
+
+    def _fix(self, message: Any) -> GnssFix | convert.NoFix:
+        fix = convert.fix_from_ros(message, origin=self._origin)
+        if isinstance(fix, GnssFix) and not convert.states_accuracy(message):
+            self._note(topics.FIX, f"assumed: an accuracy, as none is stated: {convert.UNSTATED_SIGMA:.1f} m per axis")
+        return fix
+
+    def _felt(self, topic: topics.Topic, *, turns: bool = True) -> tuple[Imu, ...]:
+        """Readings of an IMU; none from one that says that it does not measure what is asked of it."""
+        said = self._sound(topic, partial(convert.imu_from_ros, turns=turns))
+        if any(isinstance(each, convert.NotMeasured) for each in said):
+            what = "force or yaw rate" if turns else "force"
+            self._note(topic, f"unmeasured: {what}, as its covariance of -1 says; its messages are not used")
+        return tuple(each for each in said if isinstance(each, Imu))
+
+    def _note(self, topic: topics.Topic, what: str) -> None:
+        """Tell once a run how messages were understood."""
+        if f"{topic.name} {what}" not in self._noted:
+            self._noted.add(f"{topic.name} {what}")
+            self._record(Trouble(self._clock(), topic.name, what, 1.0))
 
     def _is_elsewhere(self, fix: GnssFix) -> bool:
         """Whether a fix is far from where the car says that it is; then it is told."""
@@ -303,7 +358,7 @@ class Ros2Vehicle:
     def _rows(self) -> FloatArray:
         """Reference motion that has come, with the force felt and the steering angle reported last before."""
         self._take_feedback()
-        self._forces.extend(self._sound(topics.REFERENCE_IMU, convert.imu_from_ros))
+        self._forces.extend(self._felt(topics.REFERENCE_IMU, turns=False))
         motions = self._sound(topics.ODOMETRY, convert.state_from_ros)
         rows = np.zeros((len(motions), 12))
         for row, now in zip(rows, motions, strict=True):

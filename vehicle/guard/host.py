@@ -18,7 +18,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from vehicle.adapter import ReportsMessageFaults, Vehicle
+from vehicle.adapter import KnowsItsMap, ReportsMessageFaults, Vehicle
 from vehicle.guard.guard import CYCLE
 from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision
@@ -44,6 +44,8 @@ class Host:
             raise ValueError(f"vehicle {opening.name!r}: {what} is no Vehicle (vehicle.adapter.Vehicle)")
         if isinstance(adapter, ReportsMessageFaults):
             adapter.tell(self._troubles.append)
+        if isinstance(adapter, KnowsItsMap):
+            adapter.locate_map(opening.origin, opening.why_not)
         self._punctuality: Callable[[], Any] = lambda: getattr(adapter, "punctuality", None)
         car: Vehicle = adapter
         if opening.parallel:

@@ -9,13 +9,15 @@ import numpy as np
 
 from vehicle.guard.messages import Area, Arming, Decision
 from vehicle.messages import VehicleDescription
+from vehicle.wire.geodetic import Origin
 from vehicle.wire.health import Trouble
 
 
 class Opening(msgspec.Struct, frozen=True):
     """Which car: class or function `adapter` ("module:name"), called with `argument`; among virtual road users, with
     noise of `seed`, if `parallel`. The limits of the gate: `max_speed` [m/s], `area`. `perception` holds the values of
-    the effects, by name, that the virtual road users are seen with."""
+    the effects, by name, that the virtual road users are seen with. `origin`, `why_not`: of
+    `KnowsItsMap.locate_map`."""
 
     adapter: str
     argument: str
@@ -26,6 +28,8 @@ class Opening(msgspec.Struct, frozen=True):
     max_speed: float | None
     area: Area | None
     perception: dict[str, dict[str, float]] = {}
+    origin: Origin | None = None
+    why_not: str = ""
 
 
 class Opened(msgspec.Struct, frozen=True):

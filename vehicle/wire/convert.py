@@ -5,6 +5,8 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections.abc import Sequence
 from math import atan2, cos, inf, isnan, pi, sin, sqrt
 from typing import Any, NamedTuple
 
@@ -36,19 +38,34 @@ KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
 UNKNOWN = 0  # NavSatFix.COVARIANCE_TYPE_UNKNOWN
 # Of two equal Gaussian axes 95 % lie within sqrt(-2 ln 0.05) = 2.45 standard deviations of one of them.
 UNSTATED_SIGMA = 8.0 / 2.45  # m, per axis, without corrections (GPS SPS Performance Standard 2020: 95 % within 8 m)
+# Heading without a stated accuracy: five times the 0.4 deg that u-blox states for two antennas 1 m apart (ZED-F9P data
+# sheet, moving base); the factor is chosen, for shorter baselines and worse reception.
+UNSTATED_YAW_SIGMA = 0.035  # rad, 2 deg
+LEAST_SIGMA = 1e-6  # m, rad; a sensor without an error says so by this, as a variance of 0 says that it is not known
+PAIRED = 0.05  # s between a fix and its heading; chosen: half of 10 Hz, in which a car at 0.5 rad/s turns 1.4 degrees
 _XX, _YY = 0, 7  # of the 6 x 6 covariance of a pose, row by row
 
 
 class Heading(NamedTuple):
-    """Heading [rad] with its standard deviation, at `t` [s]; None: its source has no estimate then."""
+    """Heading [rad] with its standard deviation, at `t` [s]; None: its source has no estimate then.
+
+    `stated` is False where the standard deviation is assumed.
+    """
 
     t: float
     yaw: float | None
     sigma: float
+    stated: bool = True
 
 
 class NoFix(NamedTuple):
     """A receiver says that it has no fix at `t` [s]: no place, and no fault."""
+
+    t: float
+
+
+class NotMeasured(NamedTuple):
+    """An IMU says that it does not measure at `t` [s] what is asked of it; no fault."""
 
     t: float
 
@@ -153,53 +170,77 @@ def imu_to_ros(imu: Imu, ns: int) -> Any:
     )
 
 
-def imu_from_ros(message: Any) -> Imu:
-    """Specific force along x and y, yaw rate."""
+def imu_from_ros(message: Any, *, turns: bool = True) -> Imu | NotMeasured:
+    """Specific force along x and y, yaw rate.
+
+    NotMeasured where the message says that it has no such estimate (covariance -1, as sensor_msgs says) of the force,
+    or, if it is asked for (`turns`), of the yaw rate. No accuracy is taken from it: who uses an Imu brings his own.
+    """
     force = message.linear_acceleration
+    covariances = [message.linear_acceleration_covariance, *([message.angular_velocity_covariance] if turns else [])]
+    if any(covariance[0] == -1.0 for covariance in covariances):
+        return NotMeasured(seconds(message.header))
     return Imu(seconds(message.header), force.x, force.y, message.angular_velocity.z)
 
 
 def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[Any, Any | None]:
     """NavSatFix, and the heading of two antennas as an Imu message if there is one."""
     latitude, longitude, height = to_geodetic(fix.x, fix.y, 0.0, origin)
-    variance = fix.sigma**2
+    variance = max(fix.sigma, LEAST_SIGMA) ** 2
     place = ros.NavSatFix(
         header(ns, "gnss"), ros.NavSatStatus(2, 1), latitude, longitude, height,
         [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 4.0 * variance], KNOWN,
     )  # fmt: skip
     if fix.yaw is None:
         return place, None
-    spread = [0.0] * 8 + [fix.yaw_sigma**2]
+    spread = [0.0] * 8 + [max(fix.yaw_sigma, LEAST_SIGMA) ** 2]
     return place, ros.Imu(header(ns, "gnss"), quaternion(fix.yaw), spread)
 
 
 def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix | NoFix:
-    """The fix in the map frame; `heading` is that of the same stamp.
+    """The fix in the map frame; `heading` is the one that belongs to it (`nearest`).
 
-    NoFix if the receiver has none (status below 0); where the accuracy is not stated, sigma is UNSTATED_SIGMA. Without
-    an altitude the antenna is taken to be as high as the origin: 100 m of it are 16 mm in x and y a kilometre away.
+    NoFix if the receiver has none (status below 0); where the accuracy is not stated (`states_accuracy`), sigma is
+    UNSTATED_SIGMA. Without an altitude the antenna is taken to be as high as the origin: 100 m of it are 16 mm in x and
+    y a kilometre away.
     """
     if place.status.status < 0:  # sensor_msgs/NavSatStatus: STATUS_NO_FIX = -1, "unable to fix position"
         return NoFix(seconds(place.header))
     # sensor_msgs/NavSatFix: altitude is a "quiet NaN if no altitude is available"
-    height = origin.height if isnan(place.altitude) else place.altitude
+    height = (origin.height or 0.0) if isnan(place.altitude) else place.altitude
     x, y, _ = to_map(place.latitude, place.longitude, height, origin)
-    sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
-    if place.position_covariance_type == UNKNOWN:
-        sigma = UNSTATED_SIGMA
+    variance = 0.5 * (place.position_covariance[0] + place.position_covariance[4])
+    sigma = sqrt(variance) if states_accuracy(place) else UNSTATED_SIGMA
     if heading is None:
         return GnssFix(seconds(place.header), x, y, sigma)
     turned = heading_from_ros(heading)
-    return GnssFix(turned.t, x, y, sigma, turned.yaw, turned.sigma)
+    return GnssFix(seconds(place.header), x, y, sigma, turned.yaw, turned.sigma)
+
+
+def states_accuracy(place: Any) -> bool:
+    """Whether a NavSatFix states how accurate it is: its type says so, and both horizontal variances are above 0."""
+    spread = [place.position_covariance[at] for at in (0, 4)]
+    return place.position_covariance_type != UNKNOWN and all(0.0 < variance < inf for variance in spread)
 
 
 def heading_from_ros(message: Any) -> Heading:
     """The heading of two antennas; None if the message says that it is not known (covariance -1, as sensor_msgs says),
-    or where its quaternion is no turn, all 0."""
+    or where its quaternion is no turn, all 0. A variance that is not above 0 is one not known ("a covariance matrix of
+    all zeros will be interpreted as covariance unknown", sensor_msgs/Imu): sigma is then UNSTATED_YAW_SIGMA."""
     q = message.orientation
     if message.orientation_covariance[0] == -1.0 or not any((q.x, q.y, q.z, q.w)):
         return Heading(seconds(message.header), None, 0.0)
-    return Heading(seconds(message.header), yaw_of(message.orientation), sqrt(message.orientation_covariance[8]))
+    variance = message.orientation_covariance[8]
+    stated = 0.0 < variance < inf
+    sigma = sqrt(variance) if stated else UNSTATED_YAW_SIGMA
+    return Heading(seconds(message.header), yaw_of(message.orientation), sigma, stated)
+
+
+def nearest(times: Sequence[float], t: float) -> float | None:
+    """That of the `times` [s], in their order, which is nearest to `t`, if it is within PAIRED."""
+    at = bisect_left(times, t)
+    best = min(times[max(0, at - 1) : at + 1], key=lambda each: abs(each - t), default=None)
+    return best if best is not None and abs(best - t) <= PAIRED + 1e-9 else None
 
 
 def points_to_ros(points: FloatArray, ns: int) -> Any:

@@ -1,11 +1,19 @@
-"""ROS 2's wire: a DDS participant, on the loopback interface unless it is to reach a car on the network."""
+"""ROS 2's wire: a DDS participant, on the loopback interface unless it is to reach a car on the network.
+
+What is read is asked for as reliable. A writer that offers best effort (rclcpp::SensorDataQoS, as most drivers do)
+would never match that, so a topic on which one is found is read as best effort from then on: that matches both kinds.
+What is lost then is found by the stamps (`vehicle/wire/missing.py`).
+"""
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.pub import DataWriter
@@ -19,6 +27,9 @@ from vehicle.wire.topics import Topic
 
 AT_ONCE = 512  # samples taken from a reader in one call
 SECOND = 1_000_000_000  # ns
+LOOK = 0.1  # s between two looks at whether a writer offers less than is asked for; chosen: once in two ticks
+RELIABILITY = 11  # DDS_RELIABILITY_QOS_POLICY_ID (DDS 1.4, 2.3.3)
+ENDPOINTS = 4096  # that are looked through; chosen: a large ROS 2 system has some hundreds
 
 LOOPBACK = """<General>
   <Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>
@@ -36,10 +47,10 @@ def on_domain(domain: int, *, network: bool = False) -> Opener:
     return partial(DdsTransport, domain, None if network else LOOPBACK)
 
 
-def qos() -> Qos:
-    """Reliable, volatile, keep-all; classic CDR, as ROS 2 sends it."""
+def qos(*, reliable: bool = True) -> Qos:
+    """Reliable or best effort, volatile, keep-all; classic CDR, as ROS 2 sends it."""
     return Qos(
-        Policy.Reliability.Reliable(duration(seconds=5)),
+        Policy.Reliability.Reliable(duration(seconds=5)) if reliable else Policy.Reliability.BestEffort,
         Policy.Durability.Volatile,
         Policy.History.KeepAll,
         Policy.DataRepresentation(use_cdrv0_representation=True),
@@ -53,20 +64,39 @@ class DdsTransport:
         # A Domain made without a configuration would ignore CYCLONEDDS_URI; one that a participant makes does not.
         self._domain = None if config is None else Domain(domain, config)
         self._participant = DomainParticipant(domain)
-        settings = qos()
-        self._writers = {topic: DataWriter(self._participant, self._open(topic), settings) for topic in writes}
-        self._readers = {topic: DataReader(self._participant, self._open(topic), settings) for topic in reads}
+        self._writers = {topic: DataWriter(self._participant, self._open(topic), qos()) for topic in writes}
         self._waitset = WaitSet(self._participant)
-        mask = ViewState.Any | InstanceState.Any | SampleState.NotRead
-        self._conditions = [ReadCondition(reader, mask) for reader in self._readers.values()]
-        for condition in self._conditions:
-            self._waitset.attach(condition)
+        self._readers: dict[Topic, DataReader[Any]] = {}
+        self._conditions: dict[Topic, ReadCondition] = {}
+        self._looked, self._taken_over = time.monotonic(), list[tuple[Topic, Any]]()
+        for topic in reads:
+            self._listen(topic, qos())
+
+    def _listen(self, topic: Topic, settings: Qos) -> None:
+        reader = DataReader(self._participant, self._open(topic), settings)
+        condition = ReadCondition(reader, ViewState.Any | InstanceState.Any | SampleState.NotRead)
+        self._readers[topic], self._conditions[topic] = reader, condition
+        self._waitset.attach(condition)
+
+    def _meet_best_effort(self) -> None:
+        """Read as best effort where a writer offers no more than that."""
+        self._looked = time.monotonic()
+        for topic, reader in tuple(self._readers.items()):
+            refused = reader.get_requested_incompatible_qos_status()
+            if not refused.total_count or refused.last_policy_id != RELIABILITY:
+                continue
+            self._taken_over += _taken(topic, reader)
+            self._waitset.detach(self._conditions[topic])
+            _delete(self._conditions[topic])
+            _delete(reader)
+            self._listen(topic, qos(reliable=False))
 
     def _open(self, topic: Topic) -> DdsTopic[Any]:
         return DdsTopic(self._participant, topic.dds_name, topic.type)
 
     def matched(self, needed: Collection[Topic] | None) -> bool:
         """Whether each topic, or each of the `needed` ones, has found its other end."""
+        self._meet_best_effort()
         asked = {topic: writer.get_matched_subscriptions for topic, writer in self._writers.items()}
         asked |= {topic: reader.get_matched_publications for topic, reader in self._readers.items()}
         return all(found() for topic, found in asked.items() if needed is None or topic in needed)
@@ -77,22 +107,51 @@ class DdsTransport:
 
     def read(self, wait: float) -> list[tuple[Topic, Any]]:
         """What has come since the last call; if that is nothing, what comes within `wait` [s]."""
-        if wait > 0.0 and not self._waitset.wait(duration(nanoseconds=round(wait * SECOND))):
+        if time.monotonic() - self._looked > LOOK:
+            self._meet_best_effort()
+        came, self._taken_over = self._taken_over, []
+        if not came and wait > 0.0 and not self._waitset.wait(duration(nanoseconds=round(wait * SECOND))):
             return []
-        return [
-            (topic, sample)
-            for topic, reader in self._readers.items()
-            for sample in reader.take(AT_ONCE)
-            if hasattr(sample, "__idl__")  # else a note that a writer has gone
-        ]
+        return came + [each for topic, reader in self._readers.items() for each in _taken(topic, reader)]
+
+    def unmatched(self) -> dict[Topic, str]:
+        """What is on the other end of each topic and does not match: type, QoS. A topic that nobody has is left out."""
+        refused: dict[Topic, str] = {}
+        for what, which, own in (
+            ("written", BuiltinTopicDcpsPublication, {t: r.get_matched_publications for t, r in self._readers.items()}),
+            ("read", BuiltinTopicDcpsSubscription, {t: w.get_matched_subscriptions for t, w in self._writers.items()}),
+        ):
+            listing = BuiltinDataReader(self._participant, which)
+            mine = self._participant.get_guid()
+            found = [each for each in listing.take(ENDPOINTS) if hasattr(each, "qos") and each.participant_key != mine]
+            _delete(listing)
+            for topic, matched in own.items():
+                others = {_shown(each) for each in found if each.topic_name == topic.dds_name}
+                if others and not matched():
+                    refused[topic] = f"{what} as {' and as '.join(sorted(others))}"
+        return refused
 
     def close(self) -> None:
         """Leave the domain."""
-        for entity in (self._waitset, *self._conditions, *self._readers.values(), *self._writers.values()):
+        for entity in (self._waitset, *self._conditions.values(), *self._readers.values(), *self._writers.values()):
             _delete(entity)
         _delete(self._participant)
         if self._domain is not None:
             _delete(self._domain)
+
+
+def _taken(topic: Topic, reader: Any) -> list[tuple[Topic, Any]]:
+    samples = reader.take(AT_ONCE)
+    return [(topic, sample) for sample in samples if hasattr(sample, "__idl__")]  # else a note that a writer has gone
+
+
+def _shown(endpoint: Any) -> str:
+    """Type and those policies of an endpoint that decide whether it matches."""
+    policies = [endpoint.qos[kind] for kind in (Policy.Reliability, Policy.Durability, Policy.DataRepresentation)]
+    words = [type(policy).__qualname__.rpartition(".")[2] for policy in policies[:2] if policy is not None]
+    names = [re.sub(r"\B(?=[A-Z])", " ", word).lower() for word in words]
+    xcdr2 = policies[2] is not None and not policies[2].use_cdrv0_representation
+    return f"{endpoint.type_name} ({', '.join([*names, *(['XCDR2 only'] if xcdr2 else [])])})"
 
 
 def _delete(entity: Any) -> None:

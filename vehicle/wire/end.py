@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Protocol, TypeAlias
 
 from vehicle.wire.ros2_types import UInt64MultiArray
@@ -23,10 +23,13 @@ class Silence(Exception):
 
 
 class Transport(Protocol):
-    """What carries messages between two ends, none lost, those of a topic in their order."""
+    """What carries messages between two ends, none lost (but from writers that do not care), in their order."""
 
     def matched(self, needed: Collection[Topic] | None) -> bool:
         """Whether each topic, or each of the `needed` ones, has found its other end."""
+
+    def unmatched(self) -> Mapping[Topic, str]:
+        """Topics that somebody else has in a way that does not fit, and in which."""
 
     def write(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""
@@ -69,6 +72,10 @@ class End:
     def matched(self, needed: Collection[Topic] | None = None) -> bool:
         """Whether each topic, or each of the `needed` ones, has found its other end."""
         return self._wire.matched(needed)
+
+    def unmatched(self) -> Mapping[Topic, str]:
+        """Topics that somebody else has in a way that does not fit, and in which."""
+        return self._wire.unmatched()
 
     def send(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""

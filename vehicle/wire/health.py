@@ -1,7 +1,7 @@
 """Whether the messages of a car are sound: faults of a wire, named from its messages alone; bad ones are kept back.
 
 What is judged of each topic: numbers, stamps, their order and rhythm, and, of a moving car's position, that it moves
-and does not jump. The rhythm is learnt: the median interval of its first messages.
+and does not jump. The rhythm is learnt from its first messages. Stamps may jitter: see `vehicle/wire/missing.py`.
 
     not_finite     NaN or infinity                                                       kept back
     ahead          stamped later than now                                                kept back
@@ -9,32 +9,33 @@ and does not jump. The rhythm is learnt: the median interval of its first messag
     out_of_order   stamped earlier than the one before                                   kept back
     repeated       stamped as the one before                                             kept back
     jump           a position that no car reaches from the last                          kept back
-    lost           a gap in the rhythm
+    lost           fewer messages than periods, told once enough have followed
     late           much older than its first ones were when they came
     silent         nothing for three intervals, and 0.2 s; for 3 s from a topic whose rhythm is not learnt yet
     frozen         a position that stands still while the wheels turn
 
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
 "elsewhere", a fix far from the car's own pose, kept back; "malformed: ...", a message of a form that is not understood;
-of CAN frames "checksum" and "length".
+"unfit: ...", a topic of another type, or of a quality of service (QoS) that does not match; of CAN frames "checksum"
+and "length". What begins with "assumed:", "unmeasured:" or "unpaired:" is no fault but a note on what was made of
+sound messages.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from statistics import median
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from vehicle.messages import GnssFix, VehicleState
+from vehicle.wire.missing import Missing, period_of
 
 AHEAD = 0.02  # s; as the guard takes it
-LEARNING = 8  # messages from which the rhythm is learnt
-GAP = 1.5  # intervals
+LEARNING = 8  # intervals from which the rhythm is learnt
 BACK = 0.2  # s; further back than any mix-up of the order
-LATE = 0.15  # s more than at first
+LATE = 0.15  # s more than at first; chosen: three ticks of a stack (vehicle.messages.TICK) have passed without it
 SILENT = 0.2  # s, and three intervals
 UNLEARNT = 3.0  # s of silence while the rhythm is not known: three intervals of 1 Hz, the slowest GNSS receivers
 FASTEST = 60.0  # m/s
@@ -56,10 +57,16 @@ class Trouble(NamedTuple):
 
     def __str__(self) -> str:
         unit = {"lost": "messages", "frozen": "messages", "jump": "m", "elsewhere": "m"}.get(self.what, "s")
-        plain = self.what in _PLAIN or self.what.startswith("malformed")
+        plain = self.what in _PLAIN or ":" in self.what
         return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
 
+    @property
+    def is_note(self) -> bool:
+        """Whether nothing is wrong: it only tells how messages were understood."""
+        return self.what.startswith(NOTES)
 
+
+NOTES = ("assumed:", "unmeasured:", "unpaired:")
 _PLAIN = ("not_finite", "repeated", "not_obeyed", "checksum", "length")
 
 
@@ -83,7 +90,7 @@ class Health:
         if not messages:  # a topic that has never spoken is not waited for
             return []
         rhythm = self._topics.setdefault(topic, _Rhythm())
-        return [message for message in messages if self._sound(rhythm, topic, message, now, by_source)]
+        return [message for message in messages if self._judged(rhythm, topic, message, now, by_source)]
 
     def look(self, now: float) -> None:
         """Name each topic that has fallen silent by `now` [s]; once, until it speaks again."""
@@ -97,7 +104,14 @@ class Health:
                 rhythm.silent = True
                 self._record(Trouble(now, topic, "silent", quiet))
 
-    def _sound(self, rhythm: _Rhythm, topic: str, message: Any, now: float, by_source: bool) -> bool:
+    def _judged(self, rhythm: _Rhythm, topic: str, message: Any, now: float, by_source: bool) -> bool:
+        sound = self._sound(rhythm, topic, message, now)
+        missing = rhythm.missing_with(float(message.t), now) if by_source else 0  # what is kept back has come, too
+        if missing:
+            self._record(Trouble(now, topic, "lost", missing))
+        return sound
+
+    def _sound(self, rhythm: _Rhythm, topic: str, message: Any, now: float) -> bool:
         def say(what: str, amount: float = 1.0) -> None:
             self._record(Trouble(now, topic, what, amount))
 
@@ -120,8 +134,6 @@ class Health:
             if rhythm.refused < REANCHOR:
                 return False
         rhythm.refused = 0
-        if by_source and rhythm.interval is not None and stamp - last > GAP * rhythm.interval:
-            say("lost", round((stamp - last) / rhythm.interval) - 1)
         if now - stamp > rhythm.delay + LATE + 1e-9 and rhythm.interval is not None:
             say("late", now - stamp)
         rhythm.take(message, stamp, now, moving=abs(self.speed) > MOVING)
@@ -143,6 +155,7 @@ class _Rhythm:
         self.silent = False
         self.still = self.refused = 0
         self._first: list[float] = []
+        self._missing = Missing()
         self._place: tuple[float, float, float] | None = None
 
     def jump(self, message: Any) -> float:
@@ -153,13 +166,19 @@ class _Rhythm:
         away = math.hypot(message.x - x, message.y - y)
         return away if away > FASTEST * (message.t - t) + SLACK else 0.0
 
+    def missing_with(self, stamp: float, now: float) -> int:
+        """How many messages are known to be missing now that one of this stamp has come by `now` [s], sound or not."""
+        if not (math.isfinite(stamp) and self.last - BACK <= stamp <= now + AHEAD):  # a clock that steps: of no grid
+            return 0
+        return self._missing.take(stamp, self.interval)
+
     def take(self, message: Any, stamp: float, now: float, *, moving: bool) -> None:
         """Remember a message that counts."""
         if self.interval is None:
             self._first.append(stamp)
             self.delay = max(self.delay, now - stamp)
             if len(self._first) > LEARNING:
-                self.interval = median(np.diff(self._first).tolist())
+                self.interval = period_of(np.array(self._first))
         self.last, self.silent = stamp, False
         if isinstance(message, GnssFix | VehicleState):
             same = self._place is not None and self._place[1:] == (message.x, message.y)

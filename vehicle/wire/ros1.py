@@ -144,6 +144,10 @@ class Ros1Transport:
         wanted = [k for k, topic in enumerate(every) if needed is None or topic in needed]
         return bool(self._bridge.ask("matched", of=wanted))
 
+    def unmatched(self) -> Mapping[Topic, str]:
+        """None: rospy refuses other types by itself, and has no QoS."""
+        return {}
+
     def write(self, topic: Topic, message: Any) -> None:
         """Put a message on a topic."""
         self._bridge.send({"topic": self._numbers[topic]}, to_bytes(topic, message))

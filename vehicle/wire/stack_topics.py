@@ -5,7 +5,7 @@ harness -> stack                                            stack -> harness
 /vehicle/feedback /imu/data /gnss/fix /gnss/heading         /ads/state         for the log, JSON: State
 /lidar/points /camera/detections /camera/signals            /ads/done          as /ads/step
 /ads/task             what to do, JSON, when it is new
-/ads/reset            a new run: parameters, map file, car, JSON
+/ads/reset            a new run: parameters, map file, where the map lies, car, JSON
 /ads/step             number, time [ns], messages sent so far on each topic
 """
 
@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import msgspec
 
-from vehicle.messages import Detection, GnssFix, Observation, Task
+from vehicle.messages import Detection, GnssFix, Imu, Observation, Task
 from vehicle.wire import convert, topics
 from vehicle.wire import ros2_types as ros
 from vehicle.wire.end import End
+from vehicle.wire.geodetic import DEFAULT_ORIGIN, Origin
 from vehicle.wire.topics import Topic
 
 RESET = Topic("/ads/reset", ros.String)
@@ -40,15 +41,15 @@ class State(msgspec.Struct, frozen=True):
     path: list[tuple[float, float]] | None = None
 
 
-def send_observation(end: End, seen: Observation) -> None:
-    """Put an observation on its topics, each message with the stamp it had."""
+def send_observation(end: End, seen: Observation, origin: Origin = DEFAULT_ORIGIN) -> None:
+    """Put an observation on its topics, each message with the stamp it had; `origin` of the map, for its fixes."""
     end.send(topics.CLOCK, ros.Clock(convert.stamp(_ns(seen.t))))
     for wheels in seen.odometry:
         end.send(topics.FEEDBACK, convert.feedback_to_ros(wheels, _ns(wheels.t)))
     for felt in seen.imu:
         end.send(topics.IMU, convert.imu_to_ros(felt, _ns(felt.t)))
     for fix in seen.gnss:
-        place, heading = convert.fix_to_ros(fix, _ns(fix.t))
+        place, heading = convert.fix_to_ros(fix, _ns(fix.t), origin)
         end.send(topics.FIX, place)
         if heading is not None:
             end.send(topics.HEADING, heading)
@@ -62,12 +63,12 @@ def send_observation(end: End, seen: Observation) -> None:
         end.send(TASK, ros.String(msgspec.json.encode(seen.task).decode()))
 
 
-def take_observation(end: End, ns: int) -> Observation:
-    """The observation of the tick at `ns` [ns], from what has come on the topics."""
+def take_observation(end: End, ns: int, origin: Origin = DEFAULT_ORIGIN) -> Observation:
+    """The observation of the tick at `ns` [ns], from what has come on the topics; `origin` of the map."""
     end.take(topics.CLOCK)
     headings = {convert.nanoseconds(message.header): message for message in end.take(topics.HEADING)}
     said = [
-        convert.fix_from_ros(message, headings.get(convert.nanoseconds(message.header)))
+        convert.fix_from_ros(message, headings.get(convert.nanoseconds(message.header)), origin)
         for message in end.take(topics.FIX)
     ]
     clouds, frames = end.take(topics.POINTS), end.take(topics.CAMERA)
@@ -76,7 +77,7 @@ def take_observation(end: End, ns: int) -> Observation:
         ns / convert.SECOND,
         gnss=tuple(fix for fix in said if isinstance(fix, GnssFix)),
         odometry=tuple(map(convert.feedback_from_ros, end.take(topics.FEEDBACK))),
-        imu=tuple(map(convert.imu_from_ros, end.take(topics.IMU))),
+        imu=tuple(felt for felt in map(convert.imu_from_ros, end.take(topics.IMU)) if isinstance(felt, Imu)),
         lidar=convert.points_from_ros(clouds[-1]) if clouds else None,
         camera=convert.camera_from_ros(frames[-1]) if frames else None,
         signals=convert.signals_from_ros(lights[-1]) if lights else (),

@@ -1,5 +1,5 @@
 """Topics of a car on the wire, with type and direction. All are reliable, volatile, keep-all, XCDR1, as ROS 2's own
-reliable profile but for the depth: in stepped time no sample may be lost.
+reliable profile but for the depth: in stepped time no sample may be lost. From best-effort writers it is best effort.
 
     harness -> car                                   car -> harness
     /clock            the time now                   /vehicle/odom       reference motion, 100 Hz, map frame

@@ -9,7 +9,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +17,17 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
+from tests.unit.adapters.test_words_before_a_reset import HandEnd
 from vehicle.adapter import Hands, VehicleLost
+from vehicle.adapters import topic_car
 from vehicle.adapters.process import Lease
 from vehicle.adapters.topic_car import Ros1Car, Ros2Car
 from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision, State
-from vehicle.messages import Command, Odometry, VehicleState, no_surroundings
+from vehicle.messages import Command, GnssFix, Odometry, VehicleState, no_surroundings
 from vehicle.wire import convert, topics
 from vehicle.wire.dds import LOOPBACK
+from vehicle.wire.geodetic import Origin
 
 START = VehicleState(t=0.0, x=30.0, y=5.0, yaw=0.3, v=0.0)
 
@@ -183,3 +186,79 @@ def test_a_surrogate_that_cannot_open_its_wire_ends_with_one_line(tmp_path: Path
             "the bridge to ROS 1's process cannot be started: /no/python: No such file or directory\n"
         )
     assert process.returncode == 2
+
+
+@pytest.fixture
+def located(monkeypatch: pytest.MonkeyPatch) -> Callable[..., topic_car.TopicCar]:
+    """A car on no wire, with what its file says of the map."""
+    monkeypatch.setattr(topic_car, "LiveEnd", HandEnd)
+    return lambda **said: topic_car.TopicCar(lambda *_: None, "here", **said)  # type: ignore[arg-type,return-value]
+
+
+MUNICH = Origin(48.137, 11.575, None, 500.0, -200.0)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_fixes_are_those_of_the_map_that_is_stated_or_else_of_its_road_file(
+    located: Callable[..., topic_car.TopicCar], stated: bool
+) -> None:
+    car = located(origin=MUNICH) if stated else located()
+    car.locate_map(Origin(0.0, 0.0) if stated else MUNICH, "")
+    place, _ = convert.fix_to_ros(GnssFix(0.0, 0.0, 0.0, 0.02), 0)
+    place.latitude, place.longitude, place.altitude = 48.137, 11.575, 560.0
+    fix = car._fix(place)
+    assert isinstance(fix, GnssFix)
+    assert (fix.x, fix.y) == pytest.approx((500.0, -200.0), abs=1e-6)
+
+
+def test_a_map_that_says_nothing_lies_where_it_always_did(located: Callable[..., topic_car.TopicCar]) -> None:
+    car = located()
+    car.locate_map(None, "")
+    fix = car._fix(convert.fix_to_ros(GnssFix(0.0, 3.0, 4.0, 0.02), 0)[0])
+    assert isinstance(fix, GnssFix)
+    assert (fix.x, fix.y) == pytest.approx((3.0, 4.0), abs=1e-6)
+
+
+def test_a_map_whose_place_cannot_be_read_must_be_stated(located: Callable[..., topic_car.TopicCar]) -> None:
+    located(origin=MUNICH).locate_map(None, "it needs pyproj")
+    says = r"^it needs pyproj; or state it in the car's file: origin = \{ latitude = 48.137, longitude = 11.575 \}$"
+    with pytest.raises(VehicleLost, match=says):
+        located().locate_map(None, "it needs pyproj")
+
+
+def test_a_file_says_domain_and_origin(tmp_path: Path) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text("domain = 7\norigin = { latitude = 48.137, longitude = 11.575, x = 500, y = -200 }\n")
+    assert topic_car._domain(str(file)) == (7, MUNICH)
+    assert "on DDS domain 7 " in Ros2Car.waits_for(str(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("domain = 233", "expected a DDS domain, 0 to 232, as ros2_car:7"),
+        ("domain = true", "expected a DDS domain, 0 to 232, as ros2_car:7"),
+        ("domains = 7", "domains is unknown, allowed: domain, origin"),
+        ("domain = 7\norigin = 3",
+         "origin: found 3, allowed: a table with latitude and longitude, and height, x, y, turn"),
+        ("domain = 7\n[origin]\nlatitude = 91\nlongitude = 1",
+         "origin: latitude: found 91, allowed: a number, 90 at most"),
+        ("domain = 7\n[origin]\nlatitude = 9\nlongitude = nan",
+         "origin: longitude: found nan, allowed: a number, 180 at most"),
+        ("domain = 7\n[origin]\nlatitude = 9\nlongitude = 1\nheigth = 2",
+         "origin: heigth is unknown, allowed: latitude, longitude, height, x, y, turn"),
+    ],
+)  # fmt: skip
+def test_a_file_that_says_something_else_is_one_line(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text(text)
+    with pytest.raises(VehicleLost) as lost:
+        Ros2Car(str(file))
+    assert str(lost.value) == f"vehicle ros2_car:{file}: {says}"
+
+
+def test_the_file_of_a_ros1_car_says_it_too(tmp_path: Path) -> None:
+    file = tmp_path / "car.toml"
+    file.write_text("origin = { latitude = 48.137 }\n")
+    with pytest.raises(VehicleLost, match=r"car\.toml: origin: found \{'latitude': 48\.137\}, allowed: a table with"):
+        Ros1Car(str(file))

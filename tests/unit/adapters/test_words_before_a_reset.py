@@ -42,6 +42,9 @@ class HandEnd(LiveEnd):
     def matched(self, needed: object = None) -> bool:
         return True
 
+    def unmatched(self) -> dict[topics.Topic, str]:
+        return {}
+
     def step(self, number: int, stamp: int) -> None:
         pass
 

@@ -19,6 +19,7 @@ from pytest_dvp.drive.stack_faults import AdsError
 from pytest_dvp.text.errors import SettingError
 from tests.unit.adapters.test_recorded_vehicle import CAR
 from vehicle.messages import GnssFix, Observation, Odometry, Task
+from vehicle.wire.geodetic import Origin
 
 Write = Callable[..., Path]
 REFERENCE = Path(__file__).parents[2] / "data" / "stacks" / "reference.toml"
@@ -124,3 +125,63 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, says: str) -> None:
 def test_a_file_that_is_not_there_is_one_line(scenario: Write) -> None:
     with pytest.raises(SettingError, match=r"no file .*nowhere\.toml; looked in "):
         run(scenario(), ads="ros2:nowhere.toml")
+
+
+TMERC = "<geoReference>+proj=tmerc +lat_0=48.137 +lon_0=11.575 +k=1 +x_0=0 +y_0=0</geoReference>"
+
+
+def test_a_stack_gets_latitude_and_longitude_of_the_map_and_where_that_lies(scenario: Write, tmp_path: Path) -> None:
+    from types import SimpleNamespace
+    from typing import Any
+
+    from vehicle.wire import topics
+    from vehicle.wire.stack_topics import send_observation, take_observation
+
+    road = tmp_path / "there.xodr"
+    text = (scenario().parent / "straight.xodr").read_text()
+    begin, slash, rest = text.partition("/>") if "<header" in text.partition("/>")[0] else text.partition("</header>")
+    road.write_text(f"{begin}>{TMERC}</header>{rest}" if slash == "/>" else f"{begin}{TMERC}</header>{rest}")
+    network = load_network(road)
+    with RemoteStack(REFERENCE) as remote:
+        of_the_map = remote(preset(), network, CAR)._run["origin"]
+    assert of_the_map == Origin(48.137, 11.575, None)
+    file = tmp_path / "stack.toml"
+    file.write_text('command = ["true"]\norigin = { latitude = -33.9, longitude = 151.2, height = 20 }\n')
+    with RemoteStack(file) as remote:
+        assert remote(preset(), network, CAR)._run["origin"] == Origin(-33.9, 151.2, 20.0)
+    sent: dict[Any, list[Any]] = {}
+    end: Any = SimpleNamespace(
+        send=lambda topic, message: sent.setdefault(topic, []).append(message), take=lambda topic: sent.get(topic, [])
+    )
+    send_observation(end, Observation(0.0, gnss=(GnssFix(0.0, 20.0, -1.2, 0.02, 0.3, 0.005),)), of_the_map)
+    assert (sent[topics.FIX][0].latitude, sent[topics.FIX][0].longitude) == pytest.approx((48.137, 11.575), abs=1e-3)
+    (fix,) = take_observation(end, 0, of_the_map).gnss
+    assert (fix.x, fix.y) == pytest.approx((20.0, -1.2), abs=1e-6)
+
+
+def test_a_stack_on_a_map_elsewhere_drives_as_on_any(scenario: Write, stack: RemoteStack) -> None:
+    """Fixes that come out elsewhere would have it brake: both ends must know where the map lies."""
+    network = load_network(scenario().parent / "straight.xodr")
+    seen = [
+        Observation(
+            0.05 * k,
+            gnss=(GnssFix(0.05 * k, 20.0 + 0.5 * k, -1.2, 0.02, 0.0, 0.005),),
+            odometry=(Odometry(0.05 * k, 10.0, 0.0),),
+            task=Task(set_speed=15.0) if k == 0 else None,
+        )
+        for k in range(12)
+    ]
+    drives = []
+    for origin in (None, Origin(48.137, 11.575, None)):
+        driver = stack(preset(), network, CAR)
+        driver._run["origin"] = origin or driver._run["origin"]
+        drives.append([driver.tick(one).accel for one in seen])
+    assert drives[1] == pytest.approx(drives[0], abs=1e-4)
+
+
+@pytest.mark.parametrize("origin", ["3", "{ latitude = 1 }"])
+def test_an_origin_that_is_none_is_one_line(tmp_path: Path, origin: str) -> None:
+    file = tmp_path / "stack.toml"
+    file.write_text(f'command = ["true"]\norigin = {origin}\n')
+    with pytest.raises(AdsError, match=r"stack\.toml: \[origin\]: found .*, allowed: a table with latitude"):
+        RemoteStack(file)

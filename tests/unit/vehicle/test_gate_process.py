@@ -20,6 +20,7 @@ from vehicle.guard.messages import Arming, Decision, Outcome, State
 from vehicle.guard.process import GuardProcess
 from vehicle.guard.process_messages import Answer, Keys, Opening, pack, unpack
 from vehicle.messages import Command, FloatArray, Observation, VehicleState, no_surroundings
+from vehicle.wire.geodetic import Origin
 from vehicle.wire.health import Trouble
 
 CAR = '''
@@ -85,6 +86,14 @@ class Lost(Car):
                 file.write("lost\\n")
             raise VehicleLost("the car has been silent for 0.16 s")
         return super().step(dt)
+
+
+class Located(Car):
+    """Writes down where its map lies."""
+
+    def locate_map(self, origin, why_not):
+        with open(self.file, "w") as file:
+            json.dump([origin, why_not], file)
 
 
 def none(argument):
@@ -289,3 +298,10 @@ def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GuardProcess, how: sig
 def test_a_car_that_cannot_be_opened_is_one_line(name: str, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         GuardProcess(opening(name), record=lambda _: None, trouble=lambda _: None)
+
+
+def test_a_car_behind_its_guard_learns_where_the_map_lies(tmp_path: Path) -> None:
+    told = tmp_path / "told.json"
+    origin = Origin(48.137, 11.575, None, 500.0, -200.0, 0.03, 0.9996)
+    Host(unpack(pack(opening("Located", str(told), origin=origin, why_not="so")), Opening)).close()
+    assert json.loads(told.read_text()) == [list(origin), "so"]
