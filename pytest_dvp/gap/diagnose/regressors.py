@@ -134,14 +134,6 @@ def _late_gyro(s: Signals, p: float) -> Columns:
     return {"r": s.late_mean(turn, p) - s.mean(turn), "ay": s.mean(s.v * (later - s.rate))}
 
 
-def _smoothed(s: Signals, p: float) -> Columns:
-    across, share = s.v * s.rate, np.full(len(s.t), s.step / p)
-    found = {"ay": s.mean(lagged(across, share) - across)}
-    if s.accel is not None:
-        found["ax"] = s.mean(lagged(s.accel, share) - s.accel)
-    return found
-
-
 def _late_pose(s: Signals, p: float) -> Columns:
     turn = _turn(s, _steer(s))
     return {"dyaw": s.late_mean(turn, p) - s.mean(turn), "forward": s.late_mean(s.v, p) - s.mean(s.v)}
@@ -216,7 +208,6 @@ FORMS: tuple[Form, ...] = (
     Form("wheel_radius", (), _radius),
     Form("gyro_bias", (), lambda s, p: {"r": _ones(s), "ay": _column(-s.mean(s.v))}),
     Form("yaw_rate_latency", _D, _late_gyro, _ratio(0.02, 0.5)),
-    Form("accelerometer_filter", (), _smoothed, _ratio(0.015, 0.3)),
     Form("accelerometer_bias", _A, lambda s, p: {"ax": _ones(s)}),
     Form("lateral_accelerometer_bias", (), lambda s, p: {"ay": _ones(s)}),
     Form("imu_misalignment", _A, _misaligned),

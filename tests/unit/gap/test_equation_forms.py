@@ -173,10 +173,6 @@ def test_sensors_show_what_their_faults_say() -> None:
                                  "r": column(-mean(TURN)), "dyaw": column(-mean(TURN))})  # fmt: skip
     bare = FORM["wheel_radius"].of(a_signal(accel=None, steer=None), 0.0)
     assert set(bare) == {"forward", "ay"}
-    share = np.full(N, STEP / 0.13)
-    smooth_ay = mean(lagged(S.v * S.rate, share) - S.v * S.rate)
-    same(added("accelerometer_filter", 0.13), {"ax": mean(lagged(A, share) - A), "ay": smooth_ay})
-    assert set(FORM["accelerometer_filter"].of(a_signal(accel=None), 0.13)) == {"ay"}
     slope = G * column(mean(np.cos(S.yaw)), mean(np.sin(S.yaw)))
     same(added("road_grade"), {"dv": -slope})
     same(added("road_bank"), {"ay": slope})
@@ -200,7 +196,7 @@ GRIDS = {
     "steer_delay": (0.03, 0.6, 7), "steer_lag": (0.03, 0.8, 7), "steer_rate_limit": (0.04, 1.0, 9),
     "steer_angle_limit": (0.05, 0.6, 9), "steer_stiction": (0.002, 0.05, 7), "steer_backlash": (0.002, 0.05, 7),
     "cornering_compliance": (0.002, 0.03, 7), "tyre_saturation": (1.5, 12.0, 9), "tyre_relaxation": (0.1, 4.0, 7),
-    "yaw_rate_latency": (0.02, 0.5, 7), "accelerometer_filter": (0.015, 0.3, 7), "gnss_latency": (0.03, 0.6, 7),
+    "yaw_rate_latency": (0.02, 0.5, 7), "gnss_latency": (0.03, 0.6, 7),
 }  # fmt: skip
 
 
@@ -214,7 +210,7 @@ def test_each_effect_that_is_not_linear_is_tried_in_equal_ratios() -> None:
     assert {name for name, form in FORM.items() if form.grid} == {*GRIDS, "understeer"}
     assert {name for name, form in FORM.items() if not form.needs} == {
         "road_bank", "wheel_radius", "gyro_bias", "roll", "heading_bias", "gnss_lever_arm",
-        "lateral_accelerometer_bias", "accelerometer_filter",
+        "lateral_accelerometer_bias",
     }  # fmt: skip
     assert {name for name, form in FORM.items() if form.needs == ("accel",)} >= {
         "accelerometer_bias",

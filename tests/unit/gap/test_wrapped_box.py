@@ -129,8 +129,16 @@ def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     assert {catalogue()[name].slot for name in can} == {"command", "actuator", "sensor"}
     outside = {name for name, effect in catalogue().items() if effect.slot in ("command", "actuator", "sensor")}
     # controllers see the car's own speed, a released pedal brakes with a force, a swaying body feels true forces, a
-    # force rises from nought where a car stands
-    seeing = {"accel_controller", "speed_controller", "lift_off_braking", "body_roll", "body_pitch", "force_rise"}
+    # force rises from nought where a car stands, a filter smooths what went on between two rows
+    seeing = {
+        "accelerometer_filter",
+        "accel_controller",
+        "speed_controller",
+        "lift_off_braking",
+        "body_roll",
+        "body_pitch",
+        "force_rise",
+    }
     # a speed heats a brake, changes a gear or the ratio of a steering, ends a push, or says that the car stands
     seeing |= {"brake_fade", "gear_changes", "steer_assist", "steer_sticking", "speed_limit", "creep"}
     seeing |= {
