@@ -12,6 +12,7 @@ from pytest_dvp.doctor.comparable_log import comparable
 from pytest_dvp.doctor.missing_values import check_missing
 from pytest_dvp.doctor.position_drift import check_drift, check_lost_fix
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
+from pytest_dvp.doctor.repeated_values import check_repeats
 from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
 from pytest_dvp.doctor.signs_and_axes import check_direction, check_turning
 from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_speed, check_wishes
@@ -65,6 +66,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
     check_missing(log, name, findings)
     check_engaged(log, name, findings)
     if not output:
+        check_repeats(log, name, findings)
         check_spikes(log, name, findings)
     log = comparable(log) if not output else log  # no other check takes a spike for a jump, or a driver for a car
     before = len(findings.found)
