@@ -30,6 +30,7 @@ from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, 
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
+from pytest_dvp.gap.diagnose.rival_values import with_rival_values
 from pytest_dvp.gap.diagnose.rivals import rivals_of
 from pytest_dvp.gap.diagnose.search import (
     Search,
@@ -114,6 +115,7 @@ def diagnose(
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)
+    sure = with_rival_values(search, final, sure, found.rivals)
     trials = _ladder(search, final, measured.values)
     gone = tuple(dict.fromkeys(name for name, _ in removed))
     steps = [
