@@ -352,7 +352,7 @@ class Diagnosing:
         self.logs: list[Any] = []
         self.settled: list[Any] = []
         made = [SimpleTrial(names, {}, chi2) for names, chi2 in trials]
-        self.final = made[-1]
+        self.final, self.beside = made[-1], list[Any]()
         self.search: Any = SimpleNamespace(count=100, misfit=lambda trial: misfit)
         target: Any = SimpleNamespace(channels=("v",), excused=excused, settle=self.settled.append, count=100,
                                       independent=50.0, slides=lambda: (0.1, 0.2), slopes=0.0,
@@ -377,6 +377,7 @@ class Diagnosing:
             "with_sensors_asked": lambda search, final, judges: Tied(final, ()),
             "rivals_of": lambda search, judges, found: dict.fromkeys(names, ("near", "far")),
             "_measured": lambda search, final, model: (final, {}),
+            "with_rival_values": lambda search, final, sure, rivals: self.beside.append(rivals) or sure,
             "_ladder": lambda search, final, told: made, "_given": lambda search, gone, judges: steps, "step": told,
             "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,
             "Dependences": lambda *asked: SimpleNamespace(of=lambda name: None), "opinions": lambda *asked: {},
@@ -398,6 +399,7 @@ def test_each_effect_gains_its_share_of_what_is_beyond_the_noise(monkeypatch: py
     """Of 400 beyond the noise 300 and 100."""
     course = Diagnosing(monkeypatch, LADDER)
     found = course.run(MODEL.with_effect("steer_ratio", {"g": 1.1}))
+    assert course.beside == [{"mass": ("near",), "steer_ratio": ("near",)}]  # an interval holds beside any of them
     assert [(e.name, e.action, e.gain, e.rivals, e.held_out_gain) for e in found.effects] == [
         ("mass", "add", 0.75, ("near",), 0.7), ("steer_ratio", "change", 0.25, ("near",), None),
     ]  # fmt: skip
