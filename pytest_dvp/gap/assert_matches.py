@@ -43,7 +43,8 @@ def assert_matches(
     Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
     lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
     is given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
-    errors in is refused with LogError, a DataFrame alike; its warnings are printed on stderr.
+    errors in is refused with LogError, a DataFrame alike, be it of the model; its warnings are printed on stderr. Of a
+    Log as of a file, spikes and commands that the car did not obey (`engaged`) count as not measured.
     """
     __tracebackhide__ = True
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
@@ -100,7 +101,7 @@ def _measured(
     if isinstance(log, str | Path):
         return read_checked_log(log, mapping=mapping, msg_dirs=msg_dirs)
     if isinstance(log, Log):
-        return log, ()
+        return comparable(log), ()
     if _is_frame(log):
         found = frame_log(log)
         warnings = check_log(found, file="DataFrame")
@@ -112,14 +113,18 @@ def _subject(
     model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path], mapping: Path | None,
     msg_dirs: Sequence[Path],
 ) -> ComparedModel:  # fmt: skip
+    from pytest_dvp.doctor import check_log
     from pytest_dvp.gap.compare.compare import as_subject
+    from pytest_dvp.gap.compare.compared_model import LogSubject
     from pytest_dvp.gap.compare.model_loader import load_compared_model
     from pytest_dvp.logs.dataframe import frame_log
 
     if isinstance(model, str | Path):
         return load_compared_model(str(model), _own(effects), mapping=mapping, msg_dirs=msg_dirs)
     if _is_frame(model):
-        return as_subject(frame_log(model, "DataFrame of the model"))
+        output = frame_log(model, "DataFrame of the model")
+        findings = check_log(output, file="DataFrame of the model", output=True)
+        return LogSubject(output, findings=findings, extra=_own(effects).values())
     found = as_subject(cast("Comparable", model))
     if not hasattr(found, "output"):
         kind = type(model).__name__
