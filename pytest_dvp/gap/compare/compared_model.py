@@ -211,11 +211,21 @@ def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:
     names = subject.inputs or tuple(name for name in log.columns if asks(name))
     obeyed = ~driven_by_others(log)
     found = [
-        np.isfinite(log.columns[name]) & (obeyed | (name in SIGNALS and not describe(name).keeps_value))
-        for name in names
-        if name in log.columns
+        np.isfinite(log.columns[name]) & (obeyed if _commands(name) else True) for name in names if name in log.columns
     ]
     return [rows for rows in found if not rows.all()]
+
+
+def unheeded_rows(log: Log, subject: ComparedModel) -> BoolArray:
+    """Rows (n,) in which somebody else drove than what drives the model; none if only measured motion does."""
+    names = subject.inputs or tuple(name for name in log.columns if asks(name))
+    driven = any(_commands(name) for name in names if name in log.columns)
+    return driven_by_others(log) if driven else np.zeros(len(log.t), dtype=np.bool_)
+
+
+def _commands(name: str) -> bool:
+    """Whether a column may be a command: what is known to be measured is none."""
+    return name not in SIGNALS or describe(name).keeps_value
 
 
 def rows_with_motion(log: Log, subject: ComparedModel) -> list[BoolArray]:

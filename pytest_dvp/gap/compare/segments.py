@@ -88,7 +88,8 @@ def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
 
 
 def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5,
-        known: Iterable[BoolArray] = (), given: Iterable[BoolArray] = ()) -> Segments:  # fmt: skip
+        known: Iterable[BoolArray] = (), given: Iterable[BoolArray] = (),
+        unheeded: BoolArray | None = None) -> Segments:  # fmt: skip
     """Cut a log of stamps t (n,) [s] and measured channels (n, 8) into segments of about `length` [s].
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
@@ -98,6 +99,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
     The same holds for a hole in what a start needs, by the usual step of that channel: without yaw, v or yaw_rate rows
     do not count until it is back; x and y are needed by nothing but themselves. `given` (n,): rows a second log has.
+    `unheeded` (n,): rows in which the car did not obey what drives the model, which never count.
     """
     n = len(t)
     whole = filled(t, measured)
@@ -120,7 +122,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         best = int(low) + int(np.argmin(np.abs(rate[low:high]))) if high > low else int(low)
         if cuts[-1] + 4 < best < n - 4:
             cuts.append(best)
-    lost: BoolArray = np.zeros(n, dtype=np.bool_)
+    lost: BoolArray = np.zeros(n, dtype=np.bool_) if unheeded is None else unheeded.copy()
     every: BoolArray = np.ones(n, dtype=np.bool_)
     # A log that begins on the move is like one after a gap
     awake = {0} if n and not unknown and abs(v[0]) > still_speed(v) else set[int]()

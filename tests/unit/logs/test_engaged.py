@@ -50,10 +50,12 @@ def test_the_doctor_says_for_how_long(by_hand: Columns) -> None:
     assert "for 25 % of the log, longest from t = 20 to 34.98 s" in told.message
 
 
-def test_without_the_column_the_resting_command_is_told(by_hand: Columns) -> None:
+@pytest.mark.parametrize("name", ["steer_cmd", "steer_cmd_norm"])
+def test_without_the_column_the_resting_command_is_told(by_hand: Columns, name: str) -> None:
     del by_hand["engaged"]
+    by_hand[name] = by_hand.pop("steer_cmd")
     (told,) = [each for each in examine(Log(columns=by_hand)) if each.code == "log.resting_command"]
-    assert "steer_cmd stays at 0 from t = 20" in told.message
+    assert f"{name} stays at 0 from t = 20" in told.message
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0])
