@@ -57,7 +57,9 @@ class ComparedModel(Protocol):
     restarts: bool
 
     @property
-    def inputs(self) -> tuple[str, ...]: ...
+    def inputs(self) -> tuple[str, ...]:
+        """The columns that drive it, as above."""
+        ...
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         """Channels (n, 8) in their units at the stamps of the log, NaN where it has none, from each segment's start.
@@ -217,7 +219,10 @@ def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:
 
 
 def unheeded_rows(log: Log, subject: ComparedModel) -> BoolArray:
-    """Rows (n,) in which somebody else drove than what drives the model; none if only measured motion does."""
+    """Rows (n,) of the log in which somebody else drove than what drives the model; none if only measured motion does.
+
+    True or False, without a unit.
+    """
     names = subject.inputs or tuple(name for name in log.columns if asks(name))
     driven = any(_commands(name) for name in names if name in log.columns)
     return driven_by_others(log) if driven else np.zeros(len(log.t), dtype=np.bool_)
