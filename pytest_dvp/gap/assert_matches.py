@@ -42,14 +42,17 @@ def assert_matches(
 
     Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
     lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
-    is given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
-    errors in is refused with LogError, a DataFrame alike, be it of the model; its warnings are printed on stderr. Of a
-    Log as of a file, spikes and commands that the car did not obey (`engaged`) count as not measured.
+    is given, or if `map` has no file to read; CompareError, LogError or ModelError if the files cannot be compared. A
+    log file that `dvp doctor` finds errors in is refused with LogError, a DataFrame alike, be it of the model; its
+    warnings are printed on stderr. Of a Log as of a file, spikes and commands that the car did not obey (`engaged`)
+    count as not measured.
     """
     __tracebackhide__ = True
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
     if all(not isinstance(bound, float | int) and not bound for bound in bounds.values()):
         raise ValueError("assert_matches: no bound is given; pass rmse, mncc, lag or gain")
+    if map is not None and not (isinstance(log, str | Path) or _is_log_file(model)):
+        raise ValueError(f"assert_matches: no file that the mapping {map} could read; name the columns of a DataFrame")
     from pytest_dvp.doctor import print_findings
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import LogSubject
@@ -132,6 +135,12 @@ def _subject(
             f"assert_matches: model is a {kind}; allowed: a file's name, a VehicleModel, a black box, a log"
         )
     return found
+
+
+def _is_log_file(model: object) -> bool:
+    """Whether a model is the file of a second log."""
+    name = str(model)
+    return isinstance(model, str | Path) and ".py:" not in name and not name.endswith((".toml", ".py", ".fmu"))
 
 
 def _is_frame(thing: object) -> TypeGuard[pd.DataFrame]:

@@ -119,6 +119,11 @@ def test_frame_of_a_model_is_examined_like_its_file() -> None:
         assert_matches(drive(), frame, rmse={"v": 100.0})
 
 
+def test_mapping_that_no_file_is_read_with_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"no file that the mapping wheel\.toml could read"):
+        assert_matches(drive(20.0).to_frame(), baseline(), rmse={"v": 1.0}, map="wheel.toml")
+
+
 def test_log_in_memory_is_compared_as_its_file_is() -> None:
     """The stack stands by for 10 s, and one value of v stands alone."""
     log = drive()
