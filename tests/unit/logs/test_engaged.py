@@ -12,6 +12,7 @@ from pytest_dvp.doctor import comparable, examine, read_checked_log
 from pytest_dvp.logs.engagement import driven_by_others
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.mapping import MappingFile, SignalMap, mapping_rows
 from pytest_dvp.logs.read_log import read_log
 from tests.truth.generate import make_log
 
@@ -103,3 +104,8 @@ def test_modes_are_a_list_of_numbers(by_hand: Columns, tmp_path: Path, when: str
     mapping.write_text(f'[[signal]]\nname = "engaged"\nfield = "v"\nwhen = {when}\n', encoding="utf-8")
     with pytest.raises(LogError, match=r"signal\[0\]\.when: found .*, allowed: a list of numbers"):
         read_log(file, mapping=mapping)
+
+
+def test_the_table_of_a_mapping_says_which_modes_are_obeyed() -> None:
+    (row,) = mapping_rows(MappingFile((SignalMap("engaged", field="mode", when=(1.0, 5.0)),)))
+    assert row["change"] == "1 where it is 1 or 5, else 0"
