@@ -108,6 +108,9 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     posed: BoolArray = np.isfinite(measured[:, :3]).any(axis=0).all() & ~np.logical_or.reduce(
         [missing for _, missing in holes[:3]]
     )
+    # Beside a hole or a pause, the direction of the path is that of the straight line over it
+    ahead, behind = _around(t)
+    posed &= posed[ahead] & posed[behind] & (t[ahead] - t[behind] <= 2.0 * _COURSE + longest_step(t))
     unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
     slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
     # Nothing where v follows from the path: it is the speed over ground itself
