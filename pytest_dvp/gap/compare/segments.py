@@ -29,7 +29,7 @@ UNITS: Mapping[str, str] = {
 LENGTH = 5.0  # s
 _GAP = 0.1  # s, and
 _GAP_STEPS = 5.0  # usual steps without a value are a gap, after which a segment starts anew
-_AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a short segment a quarter: actuators still do
+AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a short segment a quarter: actuators still do
 # what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _COURSE = 0.2  # s to either side, over which the direction of motion is taken
@@ -146,7 +146,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         if near[first:end].any():  # where a car goes from there nobody can tell
             abandoned[first + int(np.argmax(near[first:end])) : end] = True
         if int(first) in awake:
-            until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
+            until = t[first] + min(AWAKE, 0.25 * (t[end - 1] - t[first]))
             lost[first : np.searchsorted(t, until)] = True
     counted &= ~abandoned
     for j in np.flatnonzero(heading_faults(t, measured[:, 2], measured[:, 4], starts, ends, counted & ~lost)):
