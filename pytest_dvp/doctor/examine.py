@@ -19,6 +19,7 @@ from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_s
 from pytest_dvp.doctor.spikes import check_spikes
 from pytest_dvp.doctor.time_base import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.doctor.unheeded_commands import check_engaged, check_resting
+from pytest_dvp.doctor.unsigned_speed import check_unsigned
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.table import findings_of
 
@@ -81,6 +82,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
         return findings.in_order()
     motion = check_speed(motion, name, findings)
     motion = check_direction(motion, name, findings)
+    check_unsigned(motion, name, findings)
     motion = check_angles(log, motion, name, findings)
     if not output:
         check_sensors(log, motion, name, findings)

@@ -18,6 +18,9 @@ BACK = 0.3  # share of the spike by which the values before and after it may dif
 LIVELY = 3.0  # times the greatest step beside a spike that it needs at least: an oscillation has such steps. Chosen
 AROUND = 2  # steps before and after a spike that are looked at. Chosen
 APART = 1.0  # s between the samples beside a spike, at most: in more, the car may have done it. Chosen
+SEEN = 5.0  # times the usual deviation, by which another channel has to show a turn. Chosen
+SHORTEST = 0.1  # m of wheelbase: no car is shorter that turns by steering. Chosen
+AGREES = 0.5  # of what the yaw rate makes of ay, within which ay says the same; chosen
 FAULTY = 0.01  # share of a channel's samples from which spikes are no exceptions. Chosen
 
 
@@ -46,13 +49,17 @@ def spikes_of(log: Log) -> dict[str, NDArray[np.bool_]]:
 
     A spike lasts up to LONGEST samples, which a file may hold for several rows. It lies on one side of the line between
     the samples beside it, farther than noise and motion lead, and these two agree. Needs 8 samples of a channel, and
-    does not see a spike within AROUND samples of another one.
+    does not see a spike within AROUND samples of another one. A turn that two of steering, yaw rate and ay tell alike
+    is none, however short: a small car flicks its wheels.
     """
     found = {}
     for name, bound in BOUNDS.items():
         values = log.columns.get(name)
         if values is not None and (rows := _rows(log.t, values, bound)).any():
-            found[name] = rows
+            if name in ("yaw_rate", "steer"):
+                rows = rows & ~_turns(log, rows)
+            if rows.any():
+                found[name] = rows
     return found
 
 
@@ -81,6 +88,40 @@ def check_spikes(log: Log, file: str, findings: Findings) -> None:
             "`dvp compare`, `dvp diagnose` and `dvp extend` take such values for not measured",
             severity="error" if many else "warning",
         )  # fmt: skip
+
+
+def _turns(log: Log, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Those of the rows (n,) in which the car really turns, as two columns of what turns it and how it turns agree."""
+    found = np.zeros(len(rows), dtype=bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]]))).reshape(-1, 2)
+    columns = {name: _known(log, name) for name in ("yaw_rate", "steer", "ay", "v")}
+    for first, end in edges:
+        rate, steer, side = (_off(columns[name], first, end) for name in ("yaw_rate", "steer", "ay"))
+        at = columns["v"]
+        v = float(np.interp(log.t[first], at[0], at[1])) if len(at[0]) else np.nan
+        steered = rate * steer * v > SHORTEST * rate**2  # the wheels are turned, and far enough for such a turn
+        felt = abs(side - v * rate) < AGREES * abs(v * rate) and side != 0.0
+        found[first:end] = steered or felt
+    return found
+
+
+def _known(log: Log, name: str) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
+    """Stamps, values and rows of the samples of a column; none if the log lacks it."""
+    values = log.columns.get(name, np.full(len(log.t), np.nan))
+    known = np.flatnonzero(np.isfinite(values))
+    return log.t[known], values[known], known
+
+
+def _off(column: tuple[FloatArray, FloatArray, NDArray[np.int64]], first: int, end: int) -> float:
+    """How far the samples from row `first` to `end` (excluded) lie from the mean of the one before and the one after,
+    in the unit of the column; 0 where that is no more than SEEN of the usual, and NaN where there are none."""
+    _, values, rows = column
+    low, high = int(np.searchsorted(rows, first)), int(np.searchsorted(rows, end))
+    if not 0 < low < high < len(rows) or len(rows) < 8:
+        return np.nan
+    usual = 1.4826 * float(np.median(np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))))
+    off = float(np.mean(values[low:high]) - 0.5 * (values[low - 1] + values[high]))
+    return off if abs(off) > SEEN * usual else 0.0
 
 
 def _rows(t: FloatArray, values: FloatArray, bound: Bound) -> NDArray[np.bool_]:

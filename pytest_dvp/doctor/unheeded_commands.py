@@ -15,6 +15,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 RESTS = 5.0  # s without any change of the steering command, at least; chosen: a bend and a straight
 SLOWEST = 2.0  # m/s, below which a curvature is mostly noise; chosen
 BENDS = 0.01  # 1/m of curvature that speed does not explain, root mean square: 0.025 rad at 2.5 m of wheelbase. Chosen
+STEERS = ("steer_cmd", "steer_cmd_norm")
 MEAN = 1.0  # s of means, in which noise is gone
 
 
@@ -44,8 +45,9 @@ def check_engaged(log: Log, file: str, findings: Findings) -> None:
 
 
 def check_resting(log: Log, motion: Motion, file: str, findings: Findings) -> None:
-    """A warning where `steer_cmd` stays for RESTS while the car goes through bends. Needs v and a yaw rate."""
-    command = log.columns.get("steer_cmd")
+    """A warning where the steering command stays for RESTS while the car goes through bends. Needs v and a yaw rate."""
+    name = next((one for one in STEERS if one in log.columns), STEERS[0])
+    command = log.columns.get(name)
     turn = next((motion.of[name] for name in ("yaw_rate", "turn", "path_turn") if name in motion.of), None)
     if command is None or turn is None or not motion.has("v"):
         return
@@ -61,11 +63,11 @@ def check_resting(log: Log, motion: Motion, file: str, findings: Findings) -> No
         inside = (motion.t >= begin + MEAN) & (motion.t <= end)
         if _bends(motion.of["v"][inside], turn[inside], motion.step):
             findings.add(
-                "log.resting_command", file, None, "column steer_cmd",
-                f"steer_cmd stays at {values[first]:.6g} from t = {begin:.6g} to {end:.6g} s while the car goes "
+                "log.resting_command", file, None, f"column {name}",
+                f"{name} stays at {values[first]:.6g} from t = {begin:.6g} to {end:.6g} s while the car goes "
                 "through bends: somebody else steers",
                 hint=f"add a column `{ENGAGED} [-]` with 0 there, leave the commands empty, or cut the log; a model "
-                "that is driven by steer_cmd cannot follow",
+                f"that is driven by {name} cannot follow",
                 severity="warning",
             )  # fmt: skip
             return

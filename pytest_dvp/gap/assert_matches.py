@@ -42,13 +42,17 @@ def assert_matches(
 
     Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
     lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
-    is given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
-    errors in is refused with LogError, a DataFrame alike; its warnings are printed on stderr.
+    is given, or if `map` has no file to read; CompareError, LogError or ModelError if the files cannot be compared. A
+    log file that `dvp doctor` finds errors in is refused with LogError, a DataFrame alike, be it of the model; its
+    warnings are printed on stderr. Of a Log as of a file, spikes and commands that the car did not obey (`engaged`)
+    count as not measured.
     """
     __tracebackhide__ = True
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
     if all(not isinstance(bound, float | int) and not bound for bound in bounds.values()):
         raise ValueError("assert_matches: no bound is given; pass rmse, mncc, lag or gain")
+    if map is not None and not (isinstance(log, str | Path) or _is_log_file(model)):
+        raise ValueError(f"assert_matches: no file that the mapping {map} could read; name the columns of a DataFrame")
     from pytest_dvp.doctor import print_findings
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import LogSubject
@@ -100,7 +104,7 @@ def _measured(
     if isinstance(log, str | Path):
         return read_checked_log(log, mapping=mapping, msg_dirs=msg_dirs)
     if isinstance(log, Log):
-        return log, ()
+        return comparable(log), ()
     if _is_frame(log):
         found = frame_log(log)
         warnings = check_log(found, file="DataFrame")
@@ -112,14 +116,18 @@ def _subject(
     model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path], mapping: Path | None,
     msg_dirs: Sequence[Path],
 ) -> ComparedModel:  # fmt: skip
+    from pytest_dvp.doctor import check_log
     from pytest_dvp.gap.compare.compare import as_subject
+    from pytest_dvp.gap.compare.compared_model import LogSubject
     from pytest_dvp.gap.compare.model_loader import load_compared_model
     from pytest_dvp.logs.dataframe import frame_log
 
     if isinstance(model, str | Path):
         return load_compared_model(str(model), _own(effects), mapping=mapping, msg_dirs=msg_dirs)
     if _is_frame(model):
-        return as_subject(frame_log(model, "DataFrame of the model"))
+        output = frame_log(model, "DataFrame of the model")
+        findings = check_log(output, file="DataFrame of the model", output=True)
+        return LogSubject(output, findings=findings, extra=_own(effects).values())
     found = as_subject(cast("Comparable", model))
     if not hasattr(found, "output"):
         kind = type(model).__name__
@@ -127,6 +135,12 @@ def _subject(
             f"assert_matches: model is a {kind}; allowed: a file's name, a VehicleModel, a black box, a log"
         )
     return found
+
+
+def _is_log_file(model: object) -> bool:
+    """Whether a model is the file of a second log."""
+    name = str(model)
+    return isinstance(model, str | Path) and ".py:" not in name and not name.endswith((".toml", ".py", ".fmu"))
 
 
 def _is_frame(thing: object) -> TypeGuard[pd.DataFrame]:

@@ -14,6 +14,11 @@ ENGAGED = "engaged"
 STACK, DRIVER = 1.0, 0.0  # who drives: the values that the column may have
 
 
+def asks(name: str) -> bool:
+    """Whether a column's name says that it is a command, in whatever unit: steer_cmd, steer_cmd_norm."""
+    return "_cmd" in name
+
+
 def driven_by_others(log: Log) -> NDArray[np.bool_]:
     """Rows (n,) in which the car did not obey its commands: `engaged` (0 or 1, no unit) is 0 there, also before it is
     first stated; none where the log does not state it. A state holds until the next one is stated."""
@@ -31,5 +36,5 @@ def while_engaged(log: Log) -> Log:
     others = driven_by_others(log)
     if not others.any():
         return log
-    commands = {name: np.where(others, np.nan, c) for name, c in log.columns.items() if name.endswith("_cmd")}
+    commands = {name: np.where(others, np.nan, c) for name, c in log.columns.items() if asks(name)}
     return dataclasses.replace(log, columns={**log.columns, **commands})

@@ -482,6 +482,7 @@ def mapping_rows(mapping: MappingFile) -> list[dict[str, str]]:
     rows = []
     for one in mapping.signals:
         changes = [
+            *([f"1 where it is {' or '.join(f'{mode:g}' for mode in one.when)}, else 0"] if one.when else []),
             *([f"times {one.scale:g}"] if one.scale != 1.0 else []),
             *(["turned round"] if one.sign == -1.0 else []),
             *([f"divided by {one.ratio:g}"] if one.ratio != 1.0 else []),

@@ -36,6 +36,7 @@ _INPUT_NUMBERS = (  # key, default, low, high, unit
     ("full_current", FULL_CURRENT, 0.0, 1e5, "A"),
     ("full_pressure", FULL_PRESSURE, 0.0, 1e9, "Pa"),
 )
+BLACK_BOXES = (".py", ".fmu", ".csv", ".mcap", ".mat", ".mf4", ".mdf", ".bag", ".db3")
 _TABLES = ("model", "inputs", "parameters", "effect", "remainder")
 
 
@@ -77,11 +78,14 @@ def read_model(path: Path | str, *, extra: Mapping[str, Effect] | None = None) -
     Raises ModelError (one line: file, line, key, found, allowed, nearest name), also for a missing file.
     """
     path = Path(path)
-    if not path.exists():
+    if not path.exists() and ".py:" not in path.name:
         raise ModelError("no such file", file=str(path))
     try:
         data, text = read_toml(path)
     except TomlError as error:
+        if path.suffix.partition(":")[0] in BLACK_BOXES:
+            only = "no model file (.toml): a Python function, an FMU or a second log can only be compared (dvp compare)"
+            raise ModelError(only, file=str(path)) from error
         raise ModelError(str(error), file=str(path), line=error.line) from error
     return _model(data, text, str(path), extra)
 

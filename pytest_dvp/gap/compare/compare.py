@@ -19,6 +19,7 @@ from pytest_dvp.gap.compare.compared_model import (
     ModelSubject,
     rows_with_commands,
     rows_with_motion,
+    unheeded_rows,
 )
 from pytest_dvp.gap.compare.error_location import Where, locate
 from pytest_dvp.gap.compare.noise_floor import sigma as channel_sigma
@@ -133,7 +134,8 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     if subject.restarts and not has_speed(measured):
         raise CompareError("log: no speed for a model to start with: neither v nor x and y are measured")
     known = rows_with_commands(log, subject)
-    segments = cut(log.t, measured, wheelbase=wheelbase, known=known, given=rows_with_motion(log, subject))
+    given, unheeded = rows_with_motion(log, subject), unheeded_rows(log, subject)
+    segments = cut(log.t, measured, wheelbase=wheelbase, known=known, given=given, unheeded=unheeded)
     output = subject.output(log, segments)
     _check_finite(subject, log.t, output)
     judged, left_out = judged_channels(subject, measured, output, channels)

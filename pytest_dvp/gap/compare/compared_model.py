@@ -13,11 +13,12 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, longest_step, posed
 from pytest_dvp.gap.compare.start_correction import BoolArray
+from pytest_dvp.logs.engagement import asks, driven_by_others
 from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.obeyed_commands import obeyed_command
-from pytest_dvp.logs.signals import SIGNALS
+from pytest_dvp.logs.signals import SIGNALS, describe
 from vehicle.model.command_inputs import MEASURED as MEASURED_INPUTS
 
 if TYPE_CHECKING:
@@ -52,9 +53,13 @@ class ComparedModel(Protocol):
     """
 
     name: str
-    inputs: tuple[str, ...]
     imposed_channels: tuple[str, ...]
     restarts: bool
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The columns that drive it, as above."""
+        ...
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         """Channels (n, 8) in their units at the stamps of the log, NaN where it has none, from each segment's start.
@@ -203,10 +208,29 @@ def _instead(log: Log, name: str) -> str:
 
 
 def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:
-    """Masks (n,) of the rows in which a command that drives the model was logged; none for a command without gaps."""
-    names = subject.inputs or tuple(name for name in log.columns if name.endswith("_cmd"))
-    found = [np.isfinite(log.columns[name]) for name in names if name in log.columns]
+    """Masks (n,) of the rows in which a command that drives the model was logged, and not while somebody else drove;
+    none for a command without gaps. A model that does not say what drives it takes every column of a command."""
+    names = subject.inputs or tuple(name for name in log.columns if asks(name))
+    obeyed = ~driven_by_others(log)
+    found = [
+        np.isfinite(log.columns[name]) & (obeyed if _commands(name) else True) for name in names if name in log.columns
+    ]
     return [rows for rows in found if not rows.all()]
+
+
+def unheeded_rows(log: Log, subject: ComparedModel) -> BoolArray:
+    """Rows (n,) of the log in which somebody else drove than what drives the model; none if only measured motion does.
+
+    True or False, without a unit.
+    """
+    names = subject.inputs or tuple(name for name in log.columns if asks(name))
+    driven = any(_commands(name) for name in names if name in log.columns)
+    return driven_by_others(log) if driven else np.zeros(len(log.t), dtype=np.bool_)
+
+
+def _commands(name: str) -> bool:
+    """Whether a column may be a command: what is known to be measured is none."""
+    return name not in SIGNALS or describe(name).keeps_value
 
 
 def rows_with_motion(log: Log, subject: ComparedModel) -> list[BoolArray]:

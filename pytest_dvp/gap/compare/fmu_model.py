@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pytest_dvp.gap.compare.compared_model import CompareError, Values, command_at_stamps, wrapping
+from pytest_dvp.gap.compare.fmu_units import declared_unit
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, posed
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -24,7 +25,8 @@ GLANCE = 1e-3
 
 
 class FmuSubject:
-    """An FMU 2 or 3 whose inputs and outputs carry the log's column names.
+    """An FMU 2 or 3 whose inputs and outputs carry the log's column names; values in a unit that it declares for one of
+    our signals are converted, others are SI.
 
     It runs once through the log with its commands held; an FMU cannot be set to a measured motion in general, so pose
     and speed are matched in each segment. A row shows the outputs at its stamp with the command of the stamp already
@@ -32,7 +34,6 @@ class FmuSubject:
     steps alone then shows the command before.
     """
 
-    inputs: tuple[str, ...] = ()
     imposed_channels: tuple[str, ...] = ()
     restarts = False
 
@@ -40,6 +41,11 @@ class FmuSubject:
         self.path, self.name = path, path.name
         self._extra = tuple(extra)
         self._last: tuple[bytes, FloatArray] | None = None
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The columns that drive it. Raises CompareError if the FMU cannot be read."""
+        return tuple(v.name for v in _inputs(self._read()[1]))
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         """Channels (n, 8) in their units of one run of the FMU, moved onto the measured start of each segment.
@@ -81,20 +87,30 @@ class FmuSubject:
         odd = [v.name for v in _inputs(description) if v.type not in ("Real", "Float64")]
         if odd:
             raise CompareError(f"{self.name}: input {odd[0]!r} is no real number; only such can be driven by a log")
+        for variable in (*_inputs(description), *_outputs(description)):
+            declared_unit(variable, description, self.name)  # refused before anything runs
         return fmpy, description
 
     def _run(self, fmpy: Any, description: Any, t: FloatArray, columns: Mapping[str, FloatArray]) -> FloatArray:
         folder = None
+        taken = (*_inputs(description), *_outputs(description))
+        unit = {v.name: declared_unit(v, description, self.name) for v in taken}
+        columns = {name: (column - unit[name].offset) / unit[name].scale for name, column in columns.items()}
         try:
             folder = fmpy.extract(str(self.path))
             if description.coSimulation is not None and description.fmiVersion != "1.0":
-                return _stepped(fmpy, folder, description, t, columns)
-            return _simulated(fmpy, folder, t, columns, [v.name for v in _outputs(description)])
+                found = _stepped(fmpy, folder, description, t, columns)
+            else:
+                found = _simulated(fmpy, folder, t, columns, [v.name for v in _outputs(description)])
         except Exception as error:
             raise CompareError(f"{self.name}: the FMU failed: {_line(error)}") from error
         finally:
             if folder is not None:
                 shutil.rmtree(folder, ignore_errors=True)
+        for v in _outputs(description):
+            k = CHANNELS.index(v.name)
+            found[:, k] = found[:, k] * unit[v.name].scale + unit[v.name].offset
+        return found
 
 
 def _inputs(description: Any) -> list[Any]:

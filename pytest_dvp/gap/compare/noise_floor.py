@@ -11,6 +11,7 @@ _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white
 _ECHO = -0.25  # correlation at a later lag; chosen halfway to -0.5, that of a moving window with both of its ends
 _LONGEST = 0.12  # s: over longer strides a car's motion shows, not noise
 _SPAN = 0.5  # s
+_UNBROKEN = 1.5  # times 2 _SPAN that three samples so far apart may cover; in more lies a gap. Chosen
 _FILTERED_FLOOR = 0.005
 """Of the signal's usual bend over 2 _SPAN, for signals that were smoothed before they were logged. What a filter took
 away cannot be seen; without a floor such a signal would be trusted without end (tests/truth/test_noise_floor.py)."""
@@ -51,7 +52,7 @@ def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None, *, f
         left, smooth_rest = _white_level(residual, reach)
         if smooth or not smooth_rest:
             found = min(found, left)
-    swing = _swing(y, max(1, min(len(y) // 2 - 1, round(_SPAN / step))))
+    swing = _swing(t, y, max(1, min(len(y) // 2 - 1, round(_SPAN / step))))
     floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
     return float(max(found, floor, _quantum(y) / 12.0**0.5))
 
@@ -91,9 +92,12 @@ def _strides(reach: int) -> list[int]:
     return strides
 
 
-def _swing(y: FloatArray, lag: int) -> float:
-    """Range from the 1st to the 99th percentile of how far the signal leaves a straight line over 2 `lag` samples."""
+def _swing(t: FloatArray, y: FloatArray, lag: int) -> float:
+    """Range from the 1st to the 99th percentile of how far the signal leaves a straight line over 2 `lag` samples, in
+    its unit; t (n,) [s]. What the car did in a gap is left out."""
     change = y[2 * lag :] - 2.0 * y[lag:-lag] + y[: -2 * lag]
+    unbroken = t[2 * lag :] - t[: -2 * lag] <= _UNBROKEN * 2 * lag * np.median(np.diff(t))
+    change = change[unbroken] if unbroken.any() else change
     return float(np.subtract(*np.percentile(change, [99.0, 1.0]))) if len(change) else 0.0
 
 

@@ -32,7 +32,8 @@ class StepSubject:
 
     state: x, y [m], yaw [rad], v, vy [m/s], yaw_rate [rad/s] and whatever the function adds; inputs: the log's other
     columns by name, in SI, held over dt [s]. The returned state may also hold ax, ay [m/s^2], steer [rad]. The motion
-    is set to the measured one at the start of each segment; what the function added runs on.
+    is set to the measured one at the start of each segment; what the function added runs on, and so does vy, which no
+    log has: it is 0 at first.
 
     A row shows the motion at its stamp with the command of that stamp already acting, as for every model here:
     position, heading and speed are those of the state; the rest is what the function returns for a glance of a
@@ -93,7 +94,9 @@ class StepSubject:
             if i in restart:
                 j = restart[i]
                 before[j] = [state.get(name, np.nan) for name in MOTION[:3]]
-                state |= dict(zip(MOTION, segments.states[j].tolist(), strict=True))
+                # What no log has, the sideways speed, runs on; a car begins without
+                state = {**dict.fromkeys(MOTION, 0.0), **state}
+                state |= {k: v for k, v in zip(MOTION, segments.states[j].tolist(), strict=True) if np.isfinite(v)}
             shown = {**state, **self._step(_apart(state), at[i], GLANCE * span, stamps[i])}
             for k, name in enumerate(CHANNELS):
                 value = (state if name in _STATED else shown).get(name)

@@ -29,7 +29,7 @@ UNITS: Mapping[str, str] = {
 LENGTH = 5.0  # s
 _GAP = 0.1  # s, and
 _GAP_STEPS = 5.0  # usual steps without a value are a gap, after which a segment starts anew
-_AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a short segment a quarter: actuators still do
+AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a short segment a quarter: actuators still do
 # what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _COURSE = 0.2  # s to either side, over which the direction of motion is taken
@@ -88,7 +88,8 @@ def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
 
 
 def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5,
-        known: Iterable[BoolArray] = (), given: Iterable[BoolArray] = ()) -> Segments:  # fmt: skip
+        known: Iterable[BoolArray] = (), given: Iterable[BoolArray] = (),
+        unheeded: BoolArray | None = None) -> Segments:  # fmt: skip
     """Cut a log of stamps t (n,) [s] and measured channels (n, 8) into segments of about `length` [s].
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
@@ -98,6 +99,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
     The same holds for a hole in what a start needs, by the usual step of that channel: without yaw, v or yaw_rate rows
     do not count until it is back; x and y are needed by nothing but themselves. `given` (n,): rows a second log has.
+    `unheeded` (n,): rows in which the car did not obey what drives the model, which never count.
     """
     n = len(t)
     whole = filled(t, measured)
@@ -106,6 +108,9 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     posed: BoolArray = np.isfinite(measured[:, :3]).any(axis=0).all() & ~np.logical_or.reduce(
         [missing for _, missing in holes[:3]]
     )
+    # Beside a hole or a pause, the direction of the path is that of the straight line over it
+    ahead, behind = _around(t)
+    posed &= posed[ahead] & posed[behind] & (t[ahead] - t[behind] <= 2.0 * _COURSE + longest_step(t))
     unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
     slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
     # Nothing where v follows from the path: it is the speed over ground itself
@@ -120,7 +125,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         best = int(low) + int(np.argmin(np.abs(rate[low:high]))) if high > low else int(low)
         if cuts[-1] + 4 < best < n - 4:
             cuts.append(best)
-    lost: BoolArray = np.zeros(n, dtype=np.bool_)
+    lost: BoolArray = np.zeros(n, dtype=np.bool_) if unheeded is None else unheeded.copy()
     every: BoolArray = np.ones(n, dtype=np.bool_)
     # A log that begins on the move is like one after a gap
     awake = {0} if n and not unknown and abs(v[0]) > still_speed(v) else set[int]()
@@ -141,7 +146,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         if near[first:end].any():  # where a car goes from there nobody can tell
             abandoned[first + int(np.argmax(near[first:end])) : end] = True
         if int(first) in awake:
-            until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
+            until = t[first] + min(AWAKE, 0.25 * (t[end - 1] - t[first]))
             lost[first : np.searchsorted(t, until)] = True
     counted &= ~abandoned
     for j in np.flatnonzero(heading_faults(t, measured[:, 2], measured[:, 4], starts, ends, counted & ~lost)):

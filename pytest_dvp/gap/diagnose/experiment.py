@@ -17,6 +17,7 @@ from pytest_dvp.gap.compare.compared_model import (
     at_place_of,
     command_at_stamps,
     rows_with_commands,
+    unheeded_rows,
 )
 from pytest_dvp.gap.compare.road_slope import SLOWEST, slope_spread
 from pytest_dvp.gap.compare.segments import (
@@ -90,7 +91,8 @@ class Experiment:
         self.measured = measured_array(log.columns)
         if not has_speed(self.measured):
             raise CompareError(f"{name}: no speed for a model to start with: neither v nor x and y are measured")
-        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=rows_with_commands(log, subject))
+        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=rows_with_commands(log, subject),
+                            unheeded=unheeded_rows(log, subject))  # fmt: skip
         self._free_speed = "v" not in subject.imposed_channels
         if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one
             states = self.segments.states.copy()  # upsets the controller's memory: it runs on

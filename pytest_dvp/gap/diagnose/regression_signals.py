@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from machine_code import compiled
+from pytest_dvp.gap.compare.compared_model import ModelSubject, rows_with_commands, unheeded_rows
 from pytest_dvp.gap.compare.noise_floor import sigma
-from pytest_dvp.gap.compare.segments import CHANNELS, measured_array
+from pytest_dvp.gap.compare.segments import AWAKE, CHANNELS, longest_step, measured_array, stands_for
 from pytest_dvp.gap.compare.smoothed_motion import bridged, mean_around, motion
-from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 HALF_WINDOW = 0.1  # s
 SLOWEST = 0.8  # m/s, below which no equation is judged; of a small car
 SLOW_SHARE = 0.1  # of its usual top speed, if that is less
+MOSTLY = 0.5  # of a log, in which a channel is known whose holes are looked at: else little would be left. Chosen
 SERIES = ("dv", "ax", "r", "dyaw", "ay", "forward", "sideways")
 """Rows of equations: dv/dt; accelerometer; yaw rate; d yaw/dt; lateral acceleration less v r; speed over ground ahead,
 less v; speed over ground to the left."""
@@ -37,8 +39,9 @@ class Signals:
     """A log on a uniform time base of `step` [s].
 
     cg_front [m] from the front axle to the centre of gravity, gyration [m^2] yaw inertia over mass.
-    (n,): v, rate, yaw smoothed; accel, steer commanded (None: not known). rows (m,): where equations are judged, w half
-    the window in rows. measured, noise: by name of SERIES what was measured at those rows and its standard deviation.
+    (n,): v, rate, yaw smoothed; accel, steer commanded (None: not known). rows (m,): where equations are judged, none
+    beside a hole of the log or where somebody else drove; w half the window in rows. measured, noise: by name of SERIES
+    what was measured at those rows and its standard deviation.
     """
 
     step: float
@@ -83,8 +86,12 @@ def signals(log: Log, model: VehicleModel) -> Signals:
     v, rate, yaw = (np.interp(t, log.t, y) for y in (m.v, m.yaw_rate, m.yaw))
     slowest = min(SLOWEST, SLOW_SHARE * float(np.quantile(np.abs(v), 0.95)))
     moves = mean_around((np.abs(v) > slowest).astype(np.float64), 2 * w) > 0.999
+    told = _told(log, model, raw)[last] & (t - log.t[last] <= longest_step(log.t))
+    holes = np.concatenate([[0], np.cumsum(~told)])
+    asleep = round(AWAKE / m.step)  # rows in which an actuator still follows the commands of the hole before them
+    told = holes[np.minimum(np.arange(len(t)) + w + 1, len(t))] == holes[np.maximum(np.arange(len(t)) - w - asleep, 0)]
     rows = np.arange(w, len(t) - w, w)
-    rows = rows[moves[rows]]
+    rows = rows[moves[rows] & told[rows]]
     found = Signals(t=t, step=m.step, w=w, rows=rows, v=v, rate=rate, yaw=mean_around(yaw, w),
                     accel=None if m.accel is None else m.accel[last], steer=None if m.steer is None else m.steer[last],
                     wheelbase=m.wheelbase,
@@ -92,6 +99,18 @@ def signals(log: Log, model: VehicleModel) -> Signals:
                     measured={}, noise={})  # fmt: skip
     _judged(found, of, noise)
     return found
+
+
+def _told(log: Log, model: VehicleModel, raw: FloatArray) -> BoolArray:
+    """Rows (n,) of a log in which the car obeys known commands and no channel is bridged that the log mostly has.
+
+    raw (n, 8): the measured channels in their units.
+    """
+    subject = ModelSubject(model, "model")
+    commands = [stands_for(log.t, rows) for rows in rows_with_commands(log, subject)]
+    channels = [stands_for(log.t, rows) for rows in np.isfinite(raw).T if rows.any()]
+    mostly = [rows for rows in channels if rows.mean() > MOSTLY]
+    return np.asarray(np.logical_and.reduce([~unheeded_rows(log, subject), *commands, *mostly]))
 
 
 def _judged(s: Signals, of: dict[str, FloatArray], noise: dict[str, float]) -> None:

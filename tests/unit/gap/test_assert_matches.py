@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gap_logs import baseline, drive
 
@@ -109,6 +110,30 @@ def test_table_in_memory_may_name_other_units() -> None:
 
 def test_table_in_memory_may_be_the_model() -> None:
     assert_matches(drive().to_frame(), drive(noise=0.0).to_frame(), rmse={"v": 0.04})
+
+
+def test_frame_of_a_model_is_examined_like_its_file() -> None:
+    frame = drive(noise=0.0).to_frame()[["t", "x", "y", "yaw", "v", "yaw_rate"]]
+    frame["v"] *= 3.6
+    with pytest.raises(LogError, match=r"DataFrame of the model: error log\.unit_suspect column v"):
+        assert_matches(drive(), frame, rmse={"v": 100.0})
+
+
+def test_mapping_that_no_file_is_read_with_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"no file that the mapping wheel\.toml could read"):
+        assert_matches(drive(20.0).to_frame(), baseline(), rmse={"v": 1.0}, map="wheel.toml")
+
+
+def test_log_in_memory_is_compared_as_its_file_is() -> None:
+    """The stack stands by for 10 s, and one value of v stands alone."""
+    log = drive()
+    hands = (log.t >= 20.0) & (log.t < 30.0)
+    log = Log({**log.columns, "engaged": np.where(hands, 0.0, 1.0)})
+    log.columns["steer_cmd"][hands] = 0.3
+    log.columns["v"][500] += 20.0
+    found = assert_matches(log, baseline(), rmse={"v": 0.04, "yaw_rate": 0.02})
+    assert found.alignment.coverage < 0.9
+    assert np.isnan(found.measured["v"][500])
 
 
 def test_table_without_times_is_refused_in_one_line() -> None:

@@ -14,7 +14,7 @@ from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.fmu_model import FmuSubject
 from pytest_dvp.gap.compare.model_loader import load_compared_model
-from pytest_dvp.gap.compare.python_model import StepSubject
+from pytest_dvp.gap.compare.python_model import StepSubject, load_step
 from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array
 from pytest_dvp.logs.log import Log
 
@@ -62,6 +62,24 @@ def test_python_function_is_as_good_as_the_model_it_copies(tmp_path: Path) -> No
     for name in ("x", "y", "yaw", "v", "yaw_rate"):
         assert theirs.signals[name].rmse == pytest.approx(ours.signals[name].rmse, rel=0.25)
     assert theirs.not_compared["ay"] == "the model does not give it"
+
+
+def test_sideways_speed_of_a_python_function_begins_at_0_and_runs_on(tmp_path: Path) -> None:
+    slip = 'after * k, "vy": 0.1 * after * math.tan(inputs["steer_cmd"]), "ay": k * after**2 + 0.0 * state["vy"]}'
+    (tmp_path / "car.py").write_text(STEP.replace('after * k, "count": state.get("count", 0) + 1,\n    }', slip))
+    seen: list[float] = []
+    function = load_step(tmp_path / "car.py")
+
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        seen.append(state["vy"])
+        return function(state, inputs, dt)
+
+    found = compare(drive(), StepSubject(step))
+    assert seen[0] == 0.0
+    assert len(found.segments.starts) > 5
+    assert np.isfinite(seen).all()
+    assert max(np.abs(np.diff(seen))) < 0.1  # m/s: no jump at a start of a segment
+    assert found.signals["ay"].chi2_per_n == pytest.approx(1.0, abs=0.2)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -60,6 +60,22 @@ def test_score_is_the_share_of_the_misfit(model: VehicleModel) -> None:
     assert score["steer_offset"] < 0.02
 
 
+def test_commands_that_nobody_obeyed_and_a_pause_have_no_vote(model: VehicleModel) -> None:
+    """From 20 to 40 s somebody else drives, as `engaged` says; then nothing is recorded for 10 s, nor a fix for 5 s."""
+    columns = dict(log("steer_delay").columns)
+    t = columns["t"]
+    hands, kept = (t >= 20.0) & (t < 40.0), (t < 40.0) | (t >= 50.0)
+    columns["engaged"] = np.where(hands, 0.0, 1.0)
+    columns["steer_cmd"] = np.where(hands, 0.3 * np.sin(t), columns["steer_cmd"])
+    columns["x"] = np.where((t >= 60.0) & (t < 65.0), np.nan, columns["x"])
+    whole = Log({name: values[kept] for name, values in columns.items()})
+    score = dict(votes({"rich": whole}, model)["ranking"])
+    assert score["steer_delay"] > 0.98
+    judged = whole.t[0] + signals(whole, model).step * signals(whole, model).rows
+    for begin, end in ((20.0, 50.0), (60.0, 65.0)):
+        assert not ((judged > begin - 0.1) & (judged < end + 0.1)).any()
+
+
 @pytest.mark.parametrize("hidden", ["understeer", "tyre_saturation"])
 def test_tyres_are_not_mistaken_for_a_slow_steering(model: VehicleModel, hidden: str) -> None:
     assert votes({"rich": log(hidden)}, model)["first"] == hidden

@@ -33,6 +33,7 @@ from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
 from pytest_dvp.gap.diagnose.wheelbase_check import wrong_wheelbase
 from pytest_dvp.logs.log import Log
 from tests.unit.gap.linear_world import SettledSearch
+from vehicle.model.command_inputs import Inputs
 from vehicle.model.effect import Key
 
 N = 400
@@ -125,7 +126,7 @@ def a_log(monkeypatch: pytest.MonkeyPatch) -> Any:
         ax = np.where(np.arange(n) < known, rng.normal(size=n), np.nan)
         car = SimpleNamespace(cg_to_front_axle=1.25, yaw_inertia=1500.0, mass=1000.0)
         log = SimpleNamespace(t=t, columns=Log({"t": t, "v": v + 0.01 * rng.normal(size=n), "ax": ax}).columns)
-        return signals(log, SimpleNamespace(car=car))  # type: ignore[arg-type]
+        return signals(log, SimpleNamespace(car=car, inputs=Inputs()))  # type: ignore[arg-type]
 
     return of
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import platform
+import re
 import subprocess
 import sys
+import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +76,59 @@ def test_fmu_of_the_car_leaves_the_noise(bicycle: Path) -> None:
     for name in ("x", "y", "yaw", "v", "yaw_rate"):
         assert found.signals[name].chi2_per_n == pytest.approx(ours.signals[name].chi2_per_n, abs=0.01)
     assert found.not_compared["ax"] == "the model does not give it"
+
+
+UNITS = """<UnitDefinitions><Unit name="deg"><BaseUnit rad="1" factor="0.017453292519943295"/></Unit>
+<Unit name="degree per s"><BaseUnit rad="1" s="-1" factor="0.017453292519943295"/></Unit>
+<Unit name="km/h"><BaseUnit m="1" s="-1" factor="0.2777777777777778"/></Unit></UnitDefinitions>"""
+
+
+def declaring(fmu: Path, to: Path, units: Mapping[str, str]) -> Path:
+    """The FMU with units of its variables in its description, which its numbers are then in."""
+    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(to, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "modelDescription.xml":
+                text = content.decode().replace("<LogCategories", UNITS + "<LogCategories", 1)
+                for variable, unit in units.items():
+                    text = re.sub(rf'(<ScalarVariable name="{variable}"[^>]*>\s*<Real)', rf'\1 unit="{unit}"', text)
+                content = text.encode()
+            new.writestr(name, content)
+    return to
+
+
+def test_values_in_a_declared_unit_are_converted(bicycle: Path, tmp_path: Path) -> None:
+    """The FMU takes and shows the same numbers and calls them km/h, degrees and degrees per second."""
+    t = np.arange(200) * 0.02
+    steer, accel = np.where(t % 2.0 < 1.0, 0.1, -0.1), np.where(t < 1.0, 5.0, 0.0)
+    log = Log({"t": t, "v": np.minimum(5.0 * t, 5.0), "steer_cmd": steer, "accel_cmd": accel})
+    segments = cut(log.t, measured_array(log.columns))
+    units = {"v": "km/h", "yaw": "deg", "yaw_rate": "degree per s", "steer_cmd": "deg"}
+    plain = FmuSubject(bicycle).output(Log({**log.columns, "steer_cmd": np.degrees(steer)}), segments)
+    shown = FmuSubject(declaring(bicycle, tmp_path / "deg.fmu", units)).output(log, segments)
+    for name, factor in (("x", 1.0), ("v", 1.0 / 3.6), ("yaw_rate", np.pi / 180.0)):
+        k = CHANNELS.index(name)
+        assert shown[:, k] == pytest.approx(factor * plain[:, k], abs=1e-9)
+
+
+def test_unit_that_is_none_of_the_signal_is_refused(bicycle: Path, tmp_path: Path) -> None:
+    odd = declaring(bicycle, tmp_path / "odd.fmu", {"yaw_rate": "km/h"})
+    with pytest.raises(CompareError, match=r"odd\.fmu: yaw_rate is declared in 'km/h'; allowed: rad/s, deg/s"):
+        compare(drive(20.0), FmuSubject(odd))
+
+
+def test_time_in_which_an_input_was_not_logged_does_not_count(tmp_path: Path) -> None:
+    """The input has a name of its own, which does not say that it is a command."""
+    (tmp_path / "bicycle.py").write_text(SLAVE.replace("steer_cmd", "wanted_angle"))
+    command = [sys.executable, "-m", "pythonfmu", "build", "-f", "bicycle.py", "-d", "."]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    log = drive(40.0)
+    silent = (log.t >= 10.0) & (log.t < 20.0)
+    columns = {**log.columns, "wanted_angle": np.where(silent, np.nan, log["steer_cmd"])}
+    del columns["steer_cmd"]
+    found = compare(Log(columns), FmuSubject(tmp_path / "Bicycle.fmu"))
+    assert found.alignment.coverage == pytest.approx(0.75, abs=0.02)
+    assert found.signals["yaw_rate"].chi2_per_n == pytest.approx(1.0, abs=0.2)
 
 
 def test_row_shows_the_command_of_its_stamp_already_acting(bicycle: Path) -> None:

@@ -37,6 +37,16 @@ def test_samples_not_measured_are_left_out() -> None:
     assert sigma(T, y) == pytest.approx(0.03, rel=0.25)
 
 
+@pytest.mark.parametrize("stamped", [True, False])
+def test_a_gap_is_no_noise(stamped: bool) -> None:
+    # Without a fix for 10 s, or a log that pauses: the car is 150 m on when the position is back
+    y = 15.0 * T + 0.02 * np.random.default_rng(2).normal(size=len(T))
+    gap = (T >= 20.0) & (T < 30.0)
+    y[gap] = np.nan
+    kept = np.ones(len(T), dtype=bool) if stamped else ~gap
+    assert sigma(T[kept], y[kept], filtered=True) == pytest.approx(0.02, rel=0.2)
+
+
 def test_filtered_signal_gets_a_floor_instead_of_none() -> None:
     smooth = np.convolve(MOTION + 0.3 * np.random.default_rng(2).normal(size=len(T)), np.ones(9) / 9.0, mode="valid")
     bend = np.subtract(*np.percentile(smooth[50:] - 2.0 * smooth[25:-25] + smooth[:-50], [99.0, 1.0]))

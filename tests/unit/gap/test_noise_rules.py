@@ -97,13 +97,13 @@ def test_strides_grow_by_two_fifths(reach: int, strides: list[int]) -> None:
 def test_swing_is_how_far_a_signal_leaves_a_straight_line() -> None:
     """Of y = t^2 the second difference over 2 x 5 samples is 2 x 25 everywhere, so its range is 0; a sine of a period
     of 20 samples, over 2 x 10 of them, goes from -4 to 4."""
-    assert _swing(np.arange(100.0) ** 2, 5) == 0.0
+    assert _swing(np.arange(100.0), np.arange(100.0) ** 2, 5) == 0.0
     wave = np.sin(2.0 * np.pi * np.arange(4001) / 20.0)
-    assert _swing(wave, 10) == pytest.approx(8.0, rel=0.01)
+    assert _swing(np.arange(float(len(wave))), wave, 10) == pytest.approx(8.0, rel=0.01)
     jumps = np.zeros(10_000)
     jumps[5000] = 1.0  # one sample in ten thousand is no habit
-    assert _swing(jumps, 5) == 0.0
-    assert _swing(np.arange(10.0), 5) == 0.0
+    assert _swing(np.arange(float(len(jumps))), jumps, 5) == 0.0
+    assert _swing(np.arange(10.0), np.arange(10.0), 5) == 0.0
 
 
 def test_a_quantised_signal_has_the_step_of_its_grid() -> None:

@@ -47,3 +47,14 @@ def test_a_course_out_of_the_turn_by_as_much_is_a_slide(speed: float, rate: floa
 def test_straight_ahead_an_antenna_explains_nothing() -> None:
     measured = circles(speed=10.0, rate=1e-6, drifts=-0.35)
     assert cut(T, measured, wheelbase=WHEELBASE).slides.mean() > 0.9
+
+
+@pytest.mark.parametrize("pause", [False, True])
+def test_the_chord_over_an_outage_or_a_pause_of_a_turning_car_is_no_slide(pause: bool) -> None:
+    measured = circles(speed=5.0, rate=0.38)
+    hole = (T >= 8.0) & (T < 12.0)
+    measured[hole, :2] = np.nan
+    kept = ~hole if pause else np.ones(len(T), dtype=bool)
+    found = cut(T[kept], measured[kept], wheelbase=WHEELBASE)
+    assert not found.slides.any()
+    assert not found.abandoned.any()

@@ -47,6 +47,17 @@ def test_a_late_scaled_and_noisy_speed_is_no_locked_wheel(late: float, scale: fl
     assert not locked(T, v, ground, EVERY).any()
 
 
+@pytest.mark.parametrize("rows", [10, 20])
+def test_a_slow_speed_that_a_fast_file_holds_is_no_locked_wheel(rows: int) -> None:
+    """10 and 5 Hz in a file of 100 Hz, as a car brakes to a standstill by 9 m/s^2: steps of 0.9 and 1.8 m/s."""
+    t = np.arange(0.0, 12.0, 0.01)
+    ground = np.clip(20.0 - 9.0 * np.maximum(t - 5.0, 0.0), 0.0, None)
+    held = np.repeat(ground[::rows], rows)
+    assert not locked(t, held, ground, np.ones(len(t), dtype=np.bool_)).any()
+    held[600:650] = 0.0  # and for half a second it is locked
+    assert locked(t, held, ground, np.ones(len(t), dtype=np.bool_))[605:645].all()
+
+
 def test_a_jump_of_the_position_is_none_either_and_nothing_is_said_of_what_was_not_measured() -> None:
     moved = BRAKES + np.where(np.abs(T - 5.0) < 0.2, 15.0, 0.0)
     assert not locked(T, BRAKES, moved, EVERY).any()

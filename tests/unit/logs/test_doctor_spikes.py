@@ -102,3 +102,37 @@ def test_many_spikes_are_a_faulty_sensor(sound: Columns) -> None:
 def test_the_edges_of_a_log_are_no_spikes(sound: Columns) -> None:
     sound["x"][0] += 9.0  # nothing before it says that it is wrong
     assert rows_of(sound, "x") == []
+
+
+def flicked(rate: float) -> Columns:
+    """A model car of 0.33 m of wheelbase at 3 m/s flicks its wheels by 0.3 rad for a tenth of a second and less."""
+    step = 0.002
+    t = np.arange(0.0, 60.0, step)
+    wanted = np.zeros(len(t))
+    for number, begin in enumerate(np.arange(2.0, 58.0, 1.7)):
+        wanted[(t >= begin) & (t < begin + (0.05, 0.08, 0.1)[number % 3])] = 0.3 * (-1.0) ** number
+    steer = np.zeros(len(t))
+    for row in range(1, len(t)):
+        steer[row] = steer[row - 1] + np.clip(wanted[row] - steer[row - 1], -6.0 * step, 6.0 * step)  # a fast servo
+    turn = 3.0 * np.tan(steer) / 0.33
+    rng, every = np.random.default_rng(1), round(1.0 / rate / step)
+    columns = {"steer": steer, "yaw_rate": turn, "ay": 3.0 * turn, "v": np.full(len(t), 3.0)}
+    noise = {"steer": 0.005, "yaw_rate": 0.02, "ay": 0.3, "v": 0.02}
+    found = {name: (values + rng.normal(0.0, noise[name], len(t)))[::every] for name, values in columns.items()}
+    return {"t": t[::every], **found}
+
+
+@pytest.mark.parametrize("rate", [10.0, 20.0, 50.0])
+@pytest.mark.parametrize("lacking", ["steer", "ay", ""])
+def test_a_flick_of_a_small_car_that_two_channels_tell_is_none(rate: float, lacking: str) -> None:
+    columns = flicked(rate)
+    columns.pop(lacking, None)
+    assert not spikes_of(log_of(columns))
+
+
+def test_a_spike_that_another_channel_has_otherwise_stays_one(sound: Columns) -> None:
+    sound["yaw_rate"][1500] += 3.0  # a message of an IMU that was spoilt as a whole
+    sound["ay"][1500] -= 70.0
+    sound["steer"] = np.round(sound["steer"], 3)
+    sound["steer"][1500] += 0.002  # a coarse steering angle, which climbs by chance
+    assert rows_of(sound, "yaw_rate") == [1500]

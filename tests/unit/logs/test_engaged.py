@@ -12,6 +12,7 @@ from pytest_dvp.doctor import comparable, examine, read_checked_log
 from pytest_dvp.logs.engagement import driven_by_others
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.mapping import MappingFile, SignalMap, mapping_rows
 from pytest_dvp.logs.read_log import read_log
 from tests.truth.generate import make_log
 
@@ -50,10 +51,12 @@ def test_the_doctor_says_for_how_long(by_hand: Columns) -> None:
     assert "for 25 % of the log, longest from t = 20 to 34.98 s" in told.message
 
 
-def test_without_the_column_the_resting_command_is_told(by_hand: Columns) -> None:
+@pytest.mark.parametrize("name", ["steer_cmd", "steer_cmd_norm"])
+def test_without_the_column_the_resting_command_is_told(by_hand: Columns, name: str) -> None:
     del by_hand["engaged"]
+    by_hand[name] = by_hand.pop("steer_cmd")
     (told,) = [each for each in examine(Log(columns=by_hand)) if each.code == "log.resting_command"]
-    assert "steer_cmd stays at 0 from t = 20" in told.message
+    assert f"{name} stays at 0 from t = 20" in told.message
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0])
@@ -101,3 +104,8 @@ def test_modes_are_a_list_of_numbers(by_hand: Columns, tmp_path: Path, when: str
     mapping.write_text(f'[[signal]]\nname = "engaged"\nfield = "v"\nwhen = {when}\n', encoding="utf-8")
     with pytest.raises(LogError, match=r"signal\[0\]\.when: found .*, allowed: a list of numbers"):
         read_log(file, mapping=mapping)
+
+
+def test_the_table_of_a_mapping_says_which_modes_are_obeyed() -> None:
+    (row,) = mapping_rows(MappingFile((SignalMap("engaged", field="mode", when=(1.0, 5.0)),)))
+    assert row["change"] == "1 where it is 1 or 5, else 0"

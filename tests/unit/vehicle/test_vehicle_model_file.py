@@ -219,3 +219,14 @@ def test_an_unknown_key_is_named_with_its_table(text: str, key: str) -> None:
     with pytest.raises(ModelError) as error:
         parse_model(text)
     assert error.value.key == key
+
+
+@pytest.mark.parametrize("name", ["car.py", "car.py:simulate", "car.fmu", "other.csv"])
+def test_a_model_that_can_only_be_compared_is_said_to_be_one(tmp_path: Path, name: str) -> None:
+    (tmp_path / name.partition(":")[0]).write_bytes(b"def step(state, inputs, dt):\n    return \xff\n")
+    with pytest.raises(
+        ModelError, match=r"no model file \(\.toml\): a Python function, an FMU or a second log can only"
+    ):
+        read_model(tmp_path / name)
+    with pytest.raises(ModelError, match="no such file"):
+        read_model(tmp_path / "missing.csv")
