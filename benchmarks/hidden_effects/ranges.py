@@ -56,7 +56,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "wheel_radius": {"ratio": (0.9, 1.1)},
     "gyro_bias": {"b": (-0.04, 0.04)},
     "yaw_rate_latency": {"T": (0.02, 0.5)},
-    "accelerometer_filter": {"tau": (0.015, 0.3)},
+    "accelerometer_filter": {"tau": (0.02, 0.3)},
     "accelerometer_bias": {"b": (-0.6, 0.6)},
     "lateral_accelerometer_bias": {"b": (-0.6, 0.6)},
     "imu_misalignment": {"angle": (-0.2, 0.2)},

@@ -20,7 +20,7 @@ MIDDLE = 1.5  # times from the start to the mean of the last step is about where
     equation="tau a_m' = a - a_m for ax and ay (cut-off 1/(2 pi tau))",
     source="digital low-pass filter of an inertial sensor, as data sheets give its bandwidth",
     parameters=(
-        Key("tau", "s", 0.015, 0.3, neutral=0.0, least=0.01, minimum=0.0, maximum=2.0, meaning="time constant"),
+        Key("tau", "s", 0.02, 0.3, neutral=0.0, least=0.02, minimum=0.0, maximum=2.0, meaning="time constant"),
     ),
     memory=(Memory("x"), Memory("y"), Memory("last_x"), Memory("last_y"), Memory("begun")),
     ties=("force_rise", "body_roll", "body_pitch"),
