@@ -15,6 +15,8 @@ CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 FEWEST = 20  # stretches of equal values that tell a period; chosen
 EVEN = 0.85  # share of them that last as long as usual, or one row more or less. Chosen
 SINGLE = 0.05  # share that may last for one row only: what is merely coarse changes from row to row in a bend. Chosen
+COMMANDS = {"steer": "steer_cmd", "ax": "accel_cmd"}  # what a car without dynamics or noise shows step by step
+OBEYED = 0.95  # share of the rows in which such a channel and its command step or stay together. Chosen
 MOVED = 0.5  # m that the car went by its speed while its position stayed, and
 STEPS = 5.0  # times the smallest step of the position: then it was held and not coarse. Both chosen
 
@@ -28,9 +30,8 @@ def repeats_of(log: Log) -> dict[str, NDArray[np.bool_]]:
     """
     found: dict[str, NDArray[np.bool_]] = {}
     for name in CHANNELS:
-        values = log.columns.get(name)
-        if values is not None and (every := _rows_a_sample(values)) > 1:
-            found[name] = _later(values, every)
+        if (every := _rows_of(log, name)) > 1:
+            found[name] = _later(log.columns[name], every)
     held = _held_position(log)
     for name in ("x", "y", "yaw"):
         if name in log.columns and held.any():
@@ -53,7 +54,7 @@ def check_repeats(log: Log, file: str, findings: Findings) -> None:
     """A warning for the channels of each rate, and one for a position that was held."""
     slow: dict[int, list[str]] = {}
     for name in CHANNELS:
-        if name in log.columns and (every := _rows_a_sample(log.columns[name])) > 1:
+        if (every := _rows_of(log, name)) > 1:
             slow.setdefault(every, []).append(name)
     rate = 1.0 / max(float(np.median(np.diff(log.t))), 1e-9)
     for every, names in slow.items():
@@ -80,6 +81,16 @@ def _repeats(values: FloatArray) -> NDArray[np.bool_]:
     """Whether each value (n,) is that of the row before, to the last bit."""
     found: NDArray[np.bool_] = np.concatenate([[False], values[1:] == values[:-1]])
     return found
+
+
+def _rows_of(log: Log, name: str) -> int:
+    """In how many rows each sample of a channel stands; 1 also where it only does what its command does."""
+    values, command = log.columns.get(name), log.columns.get(COMMANDS.get(name, ""))
+    if values is None:
+        return 1
+    if command is not None and float(np.mean(_repeats(values) == _repeats(command))) >= OBEYED:
+        return 1
+    return _rows_a_sample(values)
 
 
 def _rows_a_sample(values: FloatArray) -> int:

@@ -75,6 +75,7 @@ def _save(log: Any, path: Path) -> None:
 
 
 def _replayed(job: Job) -> dict[str, Any]:
+    from pytest_dvp.doctor import comparable
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.logs.read_log import read_log
     from vehicle.model.model_file import read_model
@@ -85,7 +86,7 @@ def _replayed(job: Job) -> dict[str, Any]:
     assert job.model is not None
     model = read_model(job.model)
     model, _ = apply_s(model, default_sensors(car=model.car), dict(job.S))
-    found = compare(read_log(job.log), model)
+    found = compare(comparable(read_log(job.log)), model)
     chi2 = _finite(found.chi2_per_n)
     metrics: dict[str, float | None] = {
         "chi2_per_n": chi2,

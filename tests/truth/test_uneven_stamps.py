@@ -49,11 +49,16 @@ def test_jerk_does_not_depend_on_when_the_samples_came(stamps: FloatArray) -> No
 
 
 def test_the_even_base_has_the_rate_of_most_steps_and_the_ends_of_the_log() -> None:
-    """A gap does not make the rate coarser: 60 s at 100 Hz are 6001 samples, not the 5801 that came."""
-    stamps = with_a_gap()
+    """Rows lost here and there make the rate no coarser: 60 s at 100 Hz are 6001 samples, not the 5701 that came."""
+    stamps = np.delete(np.arange(6001) * 0.01, np.s_[10:6000:20])
     t, v = uniform(Log({"t": stamps, "v": 3.0 * stamps}), "v")
     assert t == pytest.approx(np.arange(6001) * 0.01, abs=1e-9)
     assert v == pytest.approx(3.0 * t, abs=1e-9)
+
+
+def test_a_hole_of_seconds_is_not_bridged() -> None:
+    stamps = with_a_gap()
+    assert "a hole of 2.0 s from t=29.99 s on" in compute("max_jerk", Log({"t": stamps, "v": np.sin(stamps)})).reason
 
 
 def test_the_step_of_the_even_base_is_the_same_throughout() -> None:

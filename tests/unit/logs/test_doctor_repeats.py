@@ -76,6 +76,14 @@ def test_a_car_that_stands_keeps_its_values(sound: Columns) -> None:
     assert repeats_of(Log(columns=sound)) == {}
 
 
+def test_a_car_that_does_what_it_is_told_step_by_step_has_no_slow_sensor(sound: Columns) -> None:
+    """As a twin without dynamics and noise: its steering and acceleration are the held commands."""
+    for name, command in (("steer", "steer_cmd"), ("ax", "accel_cmd")):
+        sound[command] = held(sound[command], 5)
+        sound[name] = 0.9 * sound[command]
+    assert repeats_of(Log(columns=sound)) == {}
+
+
 def test_empty_rows_between_samples_are_left_alone(sound: Columns) -> None:
     for name in ("x", "y"):
         sound[name][np.arange(len(sound["t"])) % 5 != 0] = np.nan
