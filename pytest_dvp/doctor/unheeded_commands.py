@@ -36,9 +36,10 @@ def check_engaged(log: Log, file: str, findings: Findings) -> None:
     if not others.any():
         return
     begin, end = _longest(log.t, others)
+    share = float(np.sum(np.diff(log.t)[others[:-1]])) / max(float(log.t[-1] - log.t[0]), 1e-9)
     findings.add(
         "log.not_engaged", file, None, f"column {ENGAGED}",
-        f"somebody else drives for {100 * float(np.mean(others)):.0f} % of the log, longest from t = {begin:.6g} to "
+        f"somebody else drives for {100 * share:.0f} % of the log, longest from t = {begin:.6g} to "
         f"{end:.6g} s", severity="warning",
         hint="commands are not known there: a model that they drive is compared with the rest",
     )  # fmt: skip

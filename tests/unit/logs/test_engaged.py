@@ -51,6 +51,14 @@ def test_the_doctor_says_for_how_long(by_hand: Columns) -> None:
     assert "for 25 % of the log, longest from t = 20 to 34.98 s" in told.message
 
 
+def test_the_share_is_one_of_time_and_not_of_rows(by_hand: Columns) -> None:
+    """Three rows of four are missing while the stack drives, as where a recorder writes less then."""
+    few = (by_hand["engaged"] == 0.0) | (np.arange(len(by_hand["t"])) % 4 == 0)
+    log = Log(columns={name: values[few] for name, values in by_hand.items()})
+    (told,) = [each for each in examine(log) if each.code == "log.not_engaged"]
+    assert "for 25 % of the log" in told.message
+
+
 @pytest.mark.parametrize("name", ["steer_cmd", "steer_cmd_norm"])
 def test_without_the_column_the_resting_command_is_told(by_hand: Columns, name: str) -> None:
     del by_hand["engaged"]
