@@ -92,6 +92,14 @@ def test_noise_of_positions_is_no_bend(noise: float) -> None:
     assert not examine(Log(columns=columns))
 
 
+def test_a_mode_that_is_stated_where_it_changes_lacks_nothing(by_hand: Columns) -> None:
+    t, engaged = by_hand["t"], by_hand["engaged"]
+    by_hand["engaged"] = np.where(np.concatenate([[True], np.diff(engaged) != 0.0]), engaged, np.nan)
+    assert np.count_nonzero(np.isfinite(by_hand["engaged"])) == 3
+    assert np.array_equal(driven_by_others(Log(columns=by_hand)), (t >= 20.0) & (t < 35.0))
+    assert [each.code for each in examine(Log(columns=by_hand))] == ["log.not_engaged"]
+
+
 @pytest.mark.parametrize("rate", [10.0, 50.0])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_car_that_obeys_has_no_resting_command(seed: int, rate: float) -> None:
