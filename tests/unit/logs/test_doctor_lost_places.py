@@ -18,7 +18,7 @@ def log(seconds: float = 120.0) -> dict[str, FloatArray]:
     return {"t": t, **way(t, v, yaw), "v": v, "yaw": yaw, "yaw_rate": 0.1 * rate(t)}
 
 
-@pytest.mark.parametrize("kind", ["held", "zero", "five rows"])
+@pytest.mark.parametrize("kind", ["zero", "five rows"])
 def test_a_fix_that_comes_back_is_a_jump_of_the_position(kind: str) -> None:
     columns = log()
     lost = (columns["t"] > 50.0) & (columns["t"] < 55.0)
@@ -26,10 +26,19 @@ def test_a_fix_that_comes_back_is_a_jump_of_the_position(kind: str) -> None:
         if kind == "five rows":  # up to three are spikes
             columns[name][2500:2505] += 40.0
         else:
-            columns[name][lost] = columns[name][np.argmax(lost)] if kind == "held" else 0.0
+            columns[name][lost] = 0.0
     (told,) = findings(columns, *CODES)
     assert (told.code, told.severity) == ("log.position_jump", "error")
     assert "before and after it is where speed and heading lead" in told.message
+
+
+def test_a_fix_that_was_held_until_it_came_back_was_not_measured() -> None:
+    columns = log()
+    lost = (columns["t"] > 50.0) & (columns["t"] < 55.0)
+    for name in "xy":
+        columns[name][lost] = columns[name][np.argmax(lost)]
+    (told,) = findings(columns, *CODES, "log.held_position")
+    assert (told.code, told.severity) == ("log.held_position", "warning")
 
 
 @pytest.mark.parametrize("scale", [0.9, 1.0, 1.1])
