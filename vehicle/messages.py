@@ -153,7 +153,7 @@ def lit_lamps(state: str) -> frozenset[str]:
     """Which of LAMPS are lit in the state of a traffic signal: "red", "red;amber", "yellow", or "on;off;off", lamps
     from top to bottom. Of two lamps without names only the upper one is known: it is red."""
     word = state.strip().lower()
-    lamps = [lamp.strip() for lamp in word.split(";")]
+    lamps = [lamp.strip() for lamp in word.rstrip("; ").split(";")]
     if len(lamps) >= 2 and all(lamp in _ON + _OFF for lamp in lamps):
         names = LAMPS[:1] if len(lamps) == 2 else (*LAMPS, *LAMPS[2:] * (len(lamps) - 3))
         return frozenset(name for name, lamp in zip(names, lamps, strict=False) if lamp in _ON)

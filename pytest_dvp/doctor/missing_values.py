@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from openscenario.findings import Findings
+from pytest_dvp.logs.engagement import ENGAGED
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.signals import SIGNALS
@@ -16,7 +17,9 @@ LONGEST = 0.5  # [s]; three of the channel's own intervals if that is more
 _HOLE = 1.5  # own intervals: between two samples of a slower channel there is nothing, and nothing is missing
 _JITTER = 0.1  # share of a channel's intervals that are no multiples of its usual one, from which it has none
 _BETWEEN = (1.15, 1.85)  # times the usual interval: neither one sample nor two
-_WATCHED = tuple(name for name in SIGNALS if name not in ("t", "z", "gear", "on_road") and not name.startswith("ads."))
+# A state that holds until the next one, as who drives, lacks nothing in between
+_UNWATCHED = ("t", "z", "gear", "on_road", ENGAGED)
+_WATCHED = tuple(name for name in SIGNALS if name not in _UNWATCHED and not name.startswith("ads."))
 
 
 class Hole(NamedTuple):

@@ -13,7 +13,9 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 FEWEST = 20  # stretches of equal values that tell a period; chosen
-EVEN = 0.85  # share of them that last as long as usual, or one row more or less. Chosen
+EVEN = 0.85  # share of them that last as long as usual, within one row or UNEVEN. Chosen
+UNEVEN = 0.3  # of how long they usually last: samples of an operating system come so unevenly. Chosen
+SAME = 0.99  # of the changes: where more are of one size, a coarse channel climbs evenly; a drive has others. Chosen
 SINGLE = 0.05  # share that may last for one row only: what is merely coarse changes from row to row in a bend. Chosen
 COMMANDS = {"steer": "steer_cmd", "ax": "accel_cmd"}  # what a car without dynamics or noise shows step by step
 OBEYED = 0.95  # share of the rows in which such a channel and its command step or stay together. Chosen
@@ -30,8 +32,8 @@ def repeats_of(log: Log) -> dict[str, NDArray[np.bool_]]:
     """
     found: dict[str, NDArray[np.bool_]] = {}
     for name in CHANNELS:
-        if (every := _rows_of(log, name)) > 1:
-            found[name] = _later(log.columns[name], every)
+        if (every := _rows_of(log, name)) > 1.0:
+            found[name] = _later(log.columns[name], round(every))
     held = _held_position(log)
     for name in ("x", "y", "yaw"):
         if name in log.columns and held.any():
@@ -52,15 +54,15 @@ def without_repeats(log: Log) -> Log:
 
 def check_repeats(log: Log, file: str, findings: Findings) -> None:
     """A warning for the channels of each rate, and one for a position that was held."""
-    slow: dict[int, list[str]] = {}
+    slow: dict[float, list[str]] = {}
     for name in CHANNELS:
-        if (every := _rows_of(log, name)) > 1:
-            slow.setdefault(every, []).append(name)
+        if (every := _rows_of(log, name)) > 1.0:
+            slow.setdefault(float(f"{every:.2g}"), []).append(name)
     rate = 1.0 / max(float(np.median(np.diff(log.t))), 1e-9)
     for every, names in slow.items():
         findings.add(
             "log.held_values", file, None, f"column {', '.join(names)}",
-            f"each value stands in {every} rows: a sensor of about {rate / every:.3g} Hz in rows of {rate:.3g} Hz",
+            f"each value stands in {every:g} rows: a sensor of about {rate / every:.3g} Hz in rows of {rate:.3g} Hz",
             hint="`dvp compare`, `dvp diagnose` and `dvp extend` take the first row of each and the others for not "
             "measured",
             severity="warning",
@@ -83,30 +85,41 @@ def _repeats(values: FloatArray) -> NDArray[np.bool_]:
     return found
 
 
-def _rows_of(log: Log, name: str) -> int:
-    """In how many rows each sample of a channel stands; 1 also where it only does what its command does."""
+def _rows_of(log: Log, name: str) -> float:
+    """In how many rows each sample of a channel stands in the mean; 1 also where it only does what its command does."""
     values, command = log.columns.get(name), log.columns.get(COMMANDS.get(name, ""))
     if values is None:
-        return 1
+        return 1.0
     if command is not None and float(np.mean(_repeats(values) == _repeats(command))) >= OBEYED:
-        return 1
+        return 1.0
     return _rows_a_sample(values)
 
 
-def _rows_a_sample(values: FloatArray) -> int:
-    """In how many rows each sample of a column (n,) stands, 1 where they change as they come."""
-    known = np.isfinite(values)
-    if not known.all():
-        return 1  # a reader that leaves the rows between empty holds nothing
+def _rows_a_sample(values: FloatArray) -> float:
+    """In how many rows each sample of a column (n,) stands in the mean, 1 where they change as they come.
+
+    A sensor that was silent, with empty rows, is slow all the same. A reader that leaves the rows between samples empty
+    holds nothing.
+    """
     starts = np.flatnonzero(~_repeats(values))
     lasts = np.diff(starts)
+    lasts = lasts[np.isfinite(values[starts[:-1]])]
     if len(lasts) < FEWEST:
-        return 1
+        return 1.0
     usual = float(np.median(lasts))
     lasts = lasts[lasts <= 2.0 * usual + 1.0]  # a car that stands, or a sensor that was lost
-    even = float(np.mean(np.abs(lasts - usual) <= 1.0))
+    even = float(np.mean(np.abs(lasts - usual) <= max(1.0, UNEVEN * usual)))
     single = float(np.mean(lasts == 1))
-    return round(float(np.mean(lasts))) if usual >= 2.0 and even >= EVEN and single <= SINGLE else 1
+    slow = usual >= 2.0 and even >= EVEN and single <= SINGLE and not _climbs_evenly(values)
+    return float(np.mean(lasts)) if slow else 1.0
+
+
+def _climbs_evenly(values: FloatArray) -> bool:
+    """Whether nearly all changes of a column (n,) are of one size: those of a coarse channel, no slow one."""
+    changes = np.abs(np.diff(values[np.isfinite(values)]))
+    changes = changes[changes > 0.0]
+    usual = float(np.median(changes)) if len(changes) else 0.0
+    return float(np.mean(np.abs(changes - usual) <= 0.01 * usual)) > SAME if len(changes) else False
 
 
 def _later(values: FloatArray, every: int) -> NDArray[np.bool_]:
@@ -138,7 +151,7 @@ def _held_position(log: Log) -> NDArray[np.bool_]:
     first = np.maximum.accumulate(np.where(still, 0, rows))
     starts = np.flatnonzero(~still)
     ends = np.append(starts[1:], len(x)) - 1
-    usual = 2 * max(_rows_a_sample(x), _rows_a_sample(y)) + 1  # rows, of a slow receiver that is held
+    usual = 2.0 * max(_rows_a_sample(x), _rows_a_sample(y)) + 1.0  # rows, of a slow receiver that is held
     lost = (way[ends] - way[starts] > max(MOVED, STEPS * coarse)) & (ends - starts >= usual)
     found: NDArray[np.bool_] = still & np.repeat(lost, ends - starts + 1) & (rows > first)
     return found

@@ -54,8 +54,7 @@ def spikes_of(log: Log) -> dict[str, NDArray[np.bool_]]:
     """
     found = {}
     for name, bound in BOUNDS.items():
-        values = log.columns.get(name)
-        if values is not None and (rows := _rows(log.t, values, bound)).any():
+        if name in log.columns and (rows := _rows(log.t, _values(log, name), bound)).any():
             if name in ("yaw_rate", "steer"):
                 rows = rows & ~_turns(log, rows)
             if rows.any():
@@ -75,7 +74,7 @@ def without_spikes(log: Log) -> Log:
 def check_spikes(log: Log, file: str, findings: Findings) -> None:
     """A warning for each channel with spikes, and an error where one sample of a hundred is one."""
     for name, rows in spikes_of(log).items():
-        values = log.columns[name]
+        values = _values(log, name)
         sound = np.isfinite(values) & ~rows
         off = np.where(rows, np.abs(values - np.interp(log.t, log.t[sound], values[sound])), 0.0)
         worst, count = int(np.argmax(off)), int(np.count_nonzero(rows))
@@ -88,6 +87,17 @@ def check_spikes(log: Log, file: str, findings: Findings) -> None:
             "`dvp compare`, `dvp diagnose` and `dvp extend` take such values for not measured",
             severity="error" if many else "warning",
         )  # fmt: skip
+
+
+def _values(log: Log, name: str) -> FloatArray:
+    """A column (n,) in its unit; a heading without its whole turns, by which a driver may wrap it."""
+    values = log.columns[name]
+    if name != "yaw":
+        return values
+    known = np.isfinite(values)
+    found = values.copy()
+    found[known] = np.unwrap(values[known])
+    return found
 
 
 def _turns(log: Log, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:

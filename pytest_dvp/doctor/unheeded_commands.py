@@ -15,6 +15,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 RESTS = 5.0  # s without any change of the steering command, at least; chosen: a bend and a straight
 SLOWEST = 2.0  # m/s, below which a curvature is mostly noise; chosen
 BENDS = 0.01  # 1/m of curvature that speed does not explain, root mean square: 0.025 rad at 2.5 m of wheelbase. Chosen
+HOLE = 5.0  # usual steps without a command: nobody knows what was asked; as pytest_dvp/gap/compare/segments.py has it
 STEERS = ("steer_cmd", "steer_cmd_norm")
 MEAN = 1.0  # s of means, in which noise is gone
 
@@ -46,15 +47,19 @@ def check_engaged(log: Log, file: str, findings: Findings) -> None:
 
 
 def check_resting(log: Log, motion: Motion, file: str, findings: Findings) -> None:
-    """A warning where the steering command stays for RESTS while the car goes through bends. Needs v and a yaw rate."""
+    """A warning where the steering command stays for RESTS while the car goes through bends. Needs v, and a yaw rate or
+    a heading: of positions, noise alone makes bends."""
     name = next((one for one in STEERS if one in log.columns), STEERS[0])
     command = log.columns.get(name)
-    turn = next((motion.of[name] for name in ("yaw_rate", "turn", "path_turn") if name in motion.of), None)
+    turn = next((motion.of[name] for name in ("yaw_rate", "turn") if name in motion.of), None)
     if command is None or turn is None or not motion.has("v"):
         return
     known = np.isfinite(command)
     t, values = log.t[known], command[known]
-    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    if len(t) < 2:
+        return
+    steps = np.diff(t)
+    changes = np.flatnonzero((np.diff(values) != 0.0) | (steps > HOLE * np.median(steps))) + 1
     edges = np.concatenate([[0], changes, [len(values)]])
     for first, after in itertools.pairwise(edges):
         begin, end = t[first], t[after - 1]

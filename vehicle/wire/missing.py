@@ -10,10 +10,11 @@ of many is compared. Those of a loop that sleeps between its messages wander, an
 
 What cannot be known: a message missing among the last ones of a run, as too few follow; a single one in bursts of two,
 or where the intervals of a loop that sleeps vary by more than 10 % (twice as many missing in a row can, and of a loop
-with 25 % about four), and at 10 % one of three. Of single ones in a jitter of 25 % one in ten is missed, and how many are missing is then known
-to one or two. Where every second message is missing for long, that is named at its beginning, and the count is too
-small. A source that leaves out a period itself looks like a loss, and is one to whoever reads. False alarms: none in
-25 minutes at 100 Hz of each kind of jitter in `tests/unit/wire/test_missing.py`, but 5 of the loop with 25 %.
+with 25 % about four), and at 10 % one of three. Of single ones in a jitter of 25 % one in ten is missed, and how many
+are missing is then known to one or two. Where every second message is missing for long, that is named at its beginning,
+and the count is too small. A source that leaves out a period itself looks like a loss, and is one to whoever reads.
+False alarms: none in 25 minutes at 100 Hz of each kind of jitter in `tests/unit/wire/test_missing.py`, but 5 of the
+loop with 25 %.
 """
 
 from __future__ import annotations

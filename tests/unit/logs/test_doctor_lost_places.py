@@ -32,7 +32,7 @@ def test_a_fix_that_comes_back_is_a_jump_of_the_position(kind: str) -> None:
     assert "before and after it is where speed and heading lead" in told.message
 
 
-def test_a_fix_that_was_held_is_no_jump_but_not_measured() -> None:
+def test_a_fix_that_was_held_until_it_came_back_was_not_measured() -> None:
     columns = log()
     lost = (columns["t"] > 50.0) & (columns["t"] < 55.0)
     for name in "xy":

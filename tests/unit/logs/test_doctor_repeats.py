@@ -48,6 +48,52 @@ def test_a_slow_sensor_is_one_sample_in_so_many_rows(sound: Columns, names: tupl
 def test_a_rate_that_is_no_part_of_that_of_the_rows_is_one_too(sound: Columns) -> None:
     sound["v"] = held(sound["v"], 2.5)  # 20 Hz: two rows, three rows
     assert set(repeats_of(Log(columns=sound))) == {"v"}
+    (told,) = [each for each in examine(Log(columns=sound)) if each.code == "log.held_values"]
+    assert told.message.startswith("each value stands in 2.5 rows: a sensor of about 20 Hz in rows of 50 Hz")
+
+
+@pytest.mark.parametrize("silent", [slice(0, 100), slice(1500, 1600)])
+def test_a_slow_sensor_that_was_silent_for_a_while_is_one_too(sound: Columns, silent: slice) -> None:
+    """Before its first fix, or in a tunnel, its rows are empty."""
+    for name in ("x", "y", "v"):
+        sound[name] = held(sound[name], 5)
+        sound[name][silent] = np.nan
+    log = Log(columns=sound)
+    first = (np.arange(len(sound["t"])) % 5 == 0) & (sound["v"] > 1.0)
+    for name, rows in repeats_of(log).items():
+        assert not rows[first].any(), name
+        assert rows[(sound["v"] > 1.0) & ~first].all(), name
+    assert set(repeats_of(log)) == {"x", "y", "v"}
+    assert "log.held_position" not in [each.code for each in examine(log)]
+    assert repeats_of(comparable(log)) == {}
+
+
+@pytest.mark.parametrize("jitter", [0.005, 0.015])
+def test_a_slow_sensor_whose_samples_come_unevenly_is_one_too(jitter: float) -> None:
+    """10 Hz behind an operating system, in rows of 100 Hz."""
+    columns = drive(60.0, rate=100.0)
+    t = columns["t"]
+    came = np.sort(np.arange(0.0, 60.0, 0.1) + np.random.default_rng(2).normal(0.0, jitter, 600))
+    came[0] = 0.0
+    row = np.searchsorted(came, t, side="right") - 1
+    for name in ("x", "y", "yaw"):
+        columns[name] = np.interp(came, t, columns[name])[row]
+    log = Log(columns=columns)
+    found = repeats_of(log)
+    moves = columns["v"] > 1.0
+    new = np.concatenate([[True], np.diff(row) > 0])
+    assert all(np.array_equal(found[name][moves], ~new[moves]) for name in ("x", "y", "yaw"))
+    codes = [each.code for each in examine(log)]
+    assert codes == ["log.held_values"]
+
+
+def test_a_coarse_channel_that_climbs_evenly_is_no_slow_one() -> None:
+    """A circle with a heading in steps of 0.01 rad, and a ramp with a speed in steps of 0.1 m/s; rows of 100 Hz."""
+    t = np.arange(0.0, 60.0, 0.01)
+    ramp = np.interp(t, [0.0, 5.0, 25.0, 30.0, 50.0, 60.0], [0.0, 0.0, 20.0, 20.0, 0.0, 0.0])
+    assert repeats_of(Log(columns={"t": t, "yaw": np.round(0.25 * t, 2), "v": np.round(ramp, 1)})) == {}
+    way = held(np.cumsum(ramp) * 0.01, 10)  # without noise, and at one speed for a while
+    assert set(repeats_of(Log(columns={"t": t, "x": way}))) == {"x"}
 
 
 def test_a_position_that_was_held_was_not_measured(sound: Columns) -> None:

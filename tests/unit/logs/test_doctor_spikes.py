@@ -104,6 +104,18 @@ def test_the_edges_of_a_log_are_no_spikes(sound: Columns) -> None:
     assert rows_of(sound, "x") == []
 
 
+@pytest.mark.parametrize("off", [0.003, 0.006])
+def test_a_heading_that_a_driver_wraps_has_none(off: float) -> None:
+    """A car that goes west, whose receiver tells its heading between -pi and pi: noise makes whole turns of it."""
+    t, rng = np.arange(0.0, 60.0, 0.02), np.random.default_rng(0)
+    heading = np.pi - off + rng.normal(0.0, 0.003, len(t))
+    wrapped = np.remainder(heading + np.pi, 2.0 * np.pi) - np.pi
+    assert np.count_nonzero(np.abs(np.diff(wrapped)) > 6.0) > 100
+    assert rows_of({"t": t, "yaw": wrapped}, "yaw") == []
+    wrapped[1500] = 0.0  # a cell that was not filled
+    assert rows_of({"t": t, "yaw": wrapped}, "yaw") == [1500]
+
+
 def flicked(rate: float) -> Columns:
     """A model car of 0.33 m of wheelbase at 3 m/s flicks its wheels by 0.3 rad for a tenth of a second and less."""
     step = 0.002

@@ -67,6 +67,47 @@ def test_without_the_column_the_resting_command_is_told(by_hand: Columns, name: 
     assert f"{name} stays at 0 from t = 20" in told.message
 
 
+def test_a_log_of_a_driver_alone_or_without_a_command_has_no_resting_command(by_hand: Columns) -> None:
+    alone = {**by_hand, "engaged": np.zeros(len(by_hand["t"]))}
+    assert [each.code for each in examine(Log(columns=alone))] == ["log.not_engaged"]
+    columns = drive(60.0)
+    columns["steer_cmd"][:] = np.nan
+    assert [each.code for each in examine(Log(columns=columns))] == ["log.empty_column"]
+
+
+@pytest.mark.parametrize("emptied", [True, False])
+def test_a_command_that_is_the_same_before_and_after_a_driver_does_not_rest_meanwhile(
+    by_hand: Columns, emptied: bool
+) -> None:
+    t, hands = by_hand["t"], by_hand["engaged"] == 0.0
+    by_hand["steer_cmd"][(t >= 18.0) & (t < 37.0)] = 0.0  # handed over, and back, on a straight road
+    if emptied:
+        del by_hand["engaged"]
+        for name in COMMANDS:
+            by_hand[name][hands] = np.nan
+    assert "log.resting_command" not in [each.code for each in examine(Log(columns=by_hand))]
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.3])
+def test_noise_of_positions_is_no_bend(noise: float) -> None:
+    """A straight test at 3 m/s with GNSS alone: neither a yaw rate nor a heading."""
+    t, rng = np.arange(0.0, 60.0, 0.1), np.random.default_rng(3)
+    zeros = np.zeros(len(t))
+    columns = {
+        "t": t, "x": 3.0 * t + rng.normal(0.0, noise, len(t)), "y": rng.normal(0.0, noise, len(t)),
+        "v": 3.0 + rng.normal(0.0, 0.03, len(t)), "steer_cmd": zeros, "accel_cmd": zeros,
+    }  # fmt: skip
+    assert not examine(Log(columns=columns))
+
+
+def test_a_mode_that_is_stated_where_it_changes_lacks_nothing(by_hand: Columns) -> None:
+    t, engaged = by_hand["t"], by_hand["engaged"]
+    by_hand["engaged"] = np.where(np.concatenate([[True], np.diff(engaged) != 0.0]), engaged, np.nan)
+    assert np.count_nonzero(np.isfinite(by_hand["engaged"])) == 3
+    assert np.array_equal(driven_by_others(Log(columns=by_hand)), (t >= 20.0) & (t < 35.0))
+    assert [each.code for each in examine(Log(columns=by_hand))] == ["log.not_engaged"]
+
+
 @pytest.mark.parametrize("rate", [10.0, 50.0])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_car_that_obeys_has_no_resting_command(seed: int, rate: float) -> None:

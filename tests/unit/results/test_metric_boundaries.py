@@ -102,6 +102,8 @@ def test_the_light_that_turns_green_is_the_one_that_is_waited_for() -> None:
         ("0 ; 0 ; 1", False, True),
         ("on;off", True, False),  # two lamps: for walkers
         ("off;off;off", False, False),
+        ("on;off;off;", True, False),  # a separator at the end as well
+        ("off;off;on; ", False, True),
     ],
 )
 def test_lamps_and_words(state: str, red: bool, green: bool) -> None:
