@@ -176,7 +176,10 @@ def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") ->
     the gate let out: its limits are not the car's. Raises CompareError if the log does not have the command.
     """
     values = obeyed_command(log, name)
-    if values is None or not np.isfinite(values).any():
+    if values is not None and not np.isfinite(values).any():
+        never = " while the stack drives (column engaged)" if driven_by_others(log).any() else ""
+        raise CompareError(f"{who}: is driven by {name!r}, of which {called} has the column but no value{never}")
+    if values is None:
         raise CompareError(f"{who}: is driven by {name!r}, which {called} does not have{_instead(log, name)}")
     known = np.isfinite(values)
     if known.all():

@@ -17,7 +17,8 @@ def with_rival_values(search: Search, final: Trial, sure: Intervals, rivals: Map
 
     An interval of one set says how far its values may be moved by noise, not that the set is true: with a lagging roll
     steer in the place of a plain understeer, which the data cannot tell apart, the same drive asks for another yaw
-    inertia. Where the data are told to be unable to say which, both values stand.
+    inertia. Where the data are told to be unable to say which, both values stand. Rivals that the search did not fit
+    in the place of the effect, such as those of the second opinion, widen nothing.
     """
     found, keys = dict(sure), {c.name: c.key for c in final.fit.coordinates}
     for name, others in rivals.items():

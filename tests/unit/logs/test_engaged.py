@@ -9,6 +9,7 @@ import pytest
 from drives import Columns, drive, write_csv
 
 from pytest_dvp.doctor import comparable, examine, read_checked_log
+from pytest_dvp.gap.compare.compared_model import CompareError, command_at_stamps
 from pytest_dvp.logs.engagement import driven_by_others
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
@@ -128,6 +129,12 @@ def test_a_held_wheel_on_a_circle_is_no_driver() -> None:
         "x": np.cumsum(v * np.cos(yaw)) * 0.02, "y": np.cumsum(v * np.sin(yaw)) * 0.02,
     }  # fmt: skip
     assert not [each for each in examine(Log(columns=circle)) if each.code == "log.resting_command"]
+
+
+def test_a_car_that_never_obeyed_cannot_be_compared_by_its_commands(by_hand: Columns) -> None:
+    by_hand["engaged"] = np.zeros(len(by_hand["t"]))
+    with pytest.raises(CompareError, match=r"has the column but no value while the stack drives \(column engaged\)"):
+        command_at_stamps(comparable(Log(columns=by_hand)), "steer_cmd", "car.toml")
 
 
 def test_a_mode_is_no_answer_and_a_mapping_makes_it_one(by_hand: Columns, tmp_path: Path) -> None:

@@ -1,4 +1,8 @@
-"""Smoothing of the accelerometers."""
+"""Smoothing of the accelerometers.
+
+What went on between two rows is taken for a straight line. Against rows of 1 ms, a time constant of 0.1 s comes out
+within 3 % from rows of 10 to 50 ms and within 5 % from 100 ms, if the car has lags of its own and no `ay_x`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from vehicle.model.effect import Key, Memory, effect
 from vehicle.model.shown_by import ShownBy
 from vehicle.model.step_maths import lag
 
-MIDDLE = 1.5  # times from the start to the mean of the last step is about where it ended, with one step or two a row
+STEP = 0.014  # s of a step of a replay: between its longest steps of 0.01 s, with tyres, and of 0.02 s
 
 
 @effect(
@@ -32,9 +36,12 @@ def accelerometer_filter(x: Bus, p: Any, m: Any) -> None:
     if m.begun == 0.0:
         m.begun, m.x, m.y, m.last_x, m.last_y = 1.0, ax, ay, ax, ay
     if p.tau > 0.0:
-        # From what the last row began with to what the last step came to: a command may have jumped since.
-        end_x = m.last_x + MIDDLE * (x.ax - x.ax_x * x.yaw_rate * x.yaw_rate - m.last_x)
-        end_y = m.last_y + MIDDLE * (x.ay + x.lean_y - m.last_y) if x.ay_x == 0.0 else ay
+        # From what the last row began with to what it ended with: a command may have jumped since. The mean of its last
+        # step lies half a step before the end.
+        steps = max(x.dt / STEP, 1.0)
+        whole = 2.0 * steps / (2.0 * steps - 1.0)
+        end_x = m.last_x + whole * (x.ax - x.ax_x * x.yaw_rate * x.yaw_rate - m.last_x)
+        end_y = m.last_y + whole * (x.ay + x.lean_y - m.last_y) if x.ay_x == 0.0 else ay
         _, m.x = lag(m.x, 0.5 * (m.last_x + end_x), 0.5 * (m.last_x - end_x), p.tau, x.dt)
         _, m.y = lag(m.y, 0.5 * (m.last_y + end_y), 0.5 * (m.last_y - end_y), p.tau, x.dt)
         x.meas_ax, x.meas_ay = m.x, m.y
