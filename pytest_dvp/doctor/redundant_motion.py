@@ -19,6 +19,7 @@ WINDOW = 0.4  # [s] of means and differences: long against the noise of a positi
 COURSE_WINDOW = 0.8  # [s]: the direction of the path is noisier
 FARTHEST = 40.0  # [s]: GPS time is 18 s ahead of UTC since 2017, TAI 37 s (IERS Bulletin C)
 ALIKE = 0.9  # correlation below which two witnesses of one thing do not fit, and above which they do; chosen
+TURN = 2.0 * math.pi + 0.1  # rad, beyond which a heading is not wrapped to one turn
 _PART = 0.4  # of a log, the farthest that is looked: most of it still lies one upon the other
 _GRID = 0.02  # [s] finest grid
 _THIN = 0.1  # [s] between the rows that scales and signs are judged by
@@ -86,7 +87,10 @@ def motion_of(log: Log) -> Motion | None:
         unwrapped = np.unwrap(values)
         heading = np.interp(grid, at, unwrapped)
         of["turn"] = (np.interp(high, at, unwrapped) - np.interp(low, at, unwrapped)) / window
-        of["yaw_step"] = (np.interp(high, at, values) - np.interp(low, at, values)) / window
+        # Degrees taken for radians jump by 360: their steps are those of the values. What stays within a turn are
+        # radians that wrap, often where a car goes west.
+        steps = unwrapped if np.abs(values).max() < TURN else values
+        of["yaw_step"] = (np.interp(high, at, steps) - np.interp(low, at, steps)) / window
     speed = _known(log, "v")
     if speed is not None:
         of["accel"] = (np.interp(high, *speed) - np.interp(low, *speed)) / window
