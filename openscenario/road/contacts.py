@@ -50,10 +50,12 @@ def _contact(road: Road, at_end: bool, by_id: Mapping[str, Road]) -> Contact:
     ends: dict[Contact, RoadLink | None] = {"start": other.predecessor, "end": other.successor}
     if other.id == road.id:
         return "start" if at_end else "end"  # a ring of one road
+    mine = ("", "end" if at_end else "start")  # a link back to the other end of this road is another joint
     back = [
         end
         for end, each in ends.items()
-        if each is not None and each.id == (road.id if each.kind == "road" else road.junction)
+        if each is not None
+        and (each.id == road.id and each.contact in mine if each.kind == "road" else each.id == road.junction)
     ]
     if len(back) == 1:
         return back[0]

@@ -75,10 +75,11 @@ def _report(
 
 def _heights(attributes: Attributes, road: Road, node: Node) -> None:
     profile = node.find("elevationProfile")
-    # before its first record a road lies at 0
-    for before, record in pairwise((Cubic(0.0, 0.0, 0.0, 0.0, 0.0), *road.elevations)):
-        if record.s <= 0.0:
-            continue
+    # before its first record a road lies at 0; of two records at one place, the last one holds
+    records = {max(each.s, 0.0): each for each in (Cubic(0.0, 0.0, 0.0, 0.0, 0.0), *road.elevations)}
+    for before, record in pairwise(records.values()):
+        if record.s >= road.length:
+            break
         step = record.a - value_at((before,), record.s)
         if abs(step) > MOST:
             attributes.report(

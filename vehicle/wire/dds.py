@@ -69,6 +69,7 @@ class DdsTransport:
         self._readers: dict[Topic, DataReader[Any]] = {}
         self._conditions: dict[Topic, ReadCondition] = {}
         self._looked, self._taken_over = time.monotonic(), list[tuple[Topic, Any]]()
+        self._best_effort: set[Topic] = set()  # what is read so
         for topic in reads:
             self._listen(topic, qos())
 
@@ -83,13 +84,30 @@ class DdsTransport:
         self._looked = time.monotonic()
         for topic, reader in tuple(self._readers.items()):
             refused = reader.get_requested_incompatible_qos_status()
-            if not refused.total_count or refused.last_policy_id != RELIABILITY:
+            if topic in self._best_effort or not refused.total_count:
                 continue
+            if refused.last_policy_id != RELIABILITY and not self._is_offered_as_best_effort(topic):
+                continue
+            self._best_effort.add(topic)
             self._taken_over += _taken(topic, reader)
             self._waitset.detach(self._conditions[topic])
             _delete(self._conditions[topic])
             _delete(reader)
             self._listen(topic, qos(reliable=False))
+
+    def _is_offered_as_best_effort(self, topic: Topic) -> bool:
+        """Whether any writer does, as the reader tells only why it refused the last one."""
+        return any(
+            each.topic_name == topic.dds_name and each.qos[Policy.Reliability] == Policy.Reliability.BestEffort
+            for each in self._endpoints(BuiltinTopicDcpsPublication)
+        )
+
+    def _endpoints(self, which: Any) -> list[Any]:
+        """Writers (BuiltinTopicDcpsPublication) or readers (BuiltinTopicDcpsSubscription) of all other participants."""
+        listing, mine = BuiltinDataReader(self._participant, which), self._participant.get_guid()
+        found = [each for each in listing.take(ENDPOINTS) if hasattr(each, "qos") and each.participant_key != mine]
+        _delete(listing)
+        return found
 
     def _open(self, topic: Topic) -> DdsTopic[Any]:
         return DdsTopic(self._participant, topic.dds_name, topic.type)
@@ -116,15 +134,13 @@ class DdsTransport:
 
     def unmatched(self) -> dict[Topic, str]:
         """What is on the other end of each topic and does not match: type, QoS. A topic that nobody has is left out."""
+        self._meet_best_effort()  # a writer that has come since the last look is no misfit
         refused: dict[Topic, str] = {}
         for what, which, own in (
             ("written", BuiltinTopicDcpsPublication, {t: r.get_matched_publications for t, r in self._readers.items()}),
             ("read", BuiltinTopicDcpsSubscription, {t: w.get_matched_subscriptions for t, w in self._writers.items()}),
         ):
-            listing = BuiltinDataReader(self._participant, which)
-            mine = self._participant.get_guid()
-            found = [each for each in listing.take(ENDPOINTS) if hasattr(each, "qos") and each.participant_key != mine]
-            _delete(listing)
+            found = self._endpoints(which)
             for topic, matched in own.items():
                 others = {_shown(each) for each in found if each.topic_name == topic.dds_name}
                 if others and not matched():

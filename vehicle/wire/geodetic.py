@@ -49,7 +49,7 @@ def read_origin(given: Any) -> Origin:
             raise ValueError(f"{key} is unknown, allowed: {', '.join(LARGEST)}")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not number or not abs(value) <= LARGEST[key]:
-            raise ValueError(f"{key}: found {value!r}, allowed: a number, {LARGEST[key]:g} at most")
+            raise ValueError(f"{key}: found {value!r}, allowed: {-LARGEST[key]:g} to {LARGEST[key]:g}")
     height = None if "height" not in given else float(given["height"])
     return Origin(**{key: float(value) for key, value in given.items() if key != "height"})._replace(height=height)
 

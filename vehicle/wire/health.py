@@ -34,6 +34,8 @@ from vehicle.wire.missing import Missing, period_of
 
 AHEAD = 0.02  # s; as the guard takes it
 LEARNING = 8  # intervals from which the rhythm is learnt
+AGAIN = 64  # intervals after which the rhythm is learnt anew; chosen: a few missing messages leave their median alone
+SHORTER = 0.75  # of the rhythm learnt before: then messages were missing; chosen: two of the first nine make it 0.67
 BACK = 0.2  # s; further back than any mix-up of the order
 LATE = 0.15  # s more than at first; chosen: three ticks of a stack (vehicle.messages.TICK) have passed without it
 SILENT = 0.2  # s, and three intervals
@@ -154,7 +156,7 @@ class _Rhythm:
         self.interval: float | None = None
         self.silent = False
         self.still = self.refused = 0
-        self._first: list[float] = []
+        self._newest: list[float] = []  # since the interval was learnt last
         self._missing = Missing()
         self._place: tuple[float, float, float] | None = None
 
@@ -174,11 +176,14 @@ class _Rhythm:
 
     def take(self, message: Any, stamp: float, now: float, *, moving: bool) -> None:
         """Remember a message that counts."""
+        self._newest.append(stamp)
         if self.interval is None:
-            self._first.append(stamp)
             self.delay = max(self.delay, now - stamp)
-            if len(self._first) > LEARNING:
-                self.interval = period_of(np.array(self._first))
+        if len(self._newest) > (LEARNING if self.interval is None else AGAIN):
+            found = period_of(np.array(self._newest))
+            if self.interval is None or found < SHORTER * self.interval:
+                self.interval = found
+            self._newest.clear()
         self.last, self.silent = stamp, False
         if isinstance(message, GnssFix | VehicleState):
             same = self._place is not None and self._place[1:] == (message.x, message.y)

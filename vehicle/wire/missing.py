@@ -3,18 +3,20 @@
 Stamps taken at sending jitter, come in bursts, and stand still while the operating system is elsewhere; nothing is
 missing then. So one long interval proves nothing. It is weighed once enough messages have followed: a loss leaves all
 of them a whole period behind the grid of the messages before, a delay that is made up for does not. How many must
-follow depends on how the topic's stamps scatter: four where they are exact, up to MOST where they jitter.
+follow depends on how the topic's stamps scatter: six where they are exact (of one missing message; two more for each
+other one), up to MOST where they jitter.
 
 Two kinds of sources are told apart by their residuals from the grid. Those of a timer scatter about it, and the level
 of many is compared. Those of a loop that sleeps between its messages wander, and only the next few tell anything.
 
-What cannot be known: a message missing among the last ones of a run, as too few follow; a single one in bursts of two,
-or where the intervals of a loop that sleeps vary by more than 10 % (twice as many missing in a row can, and of a loop
-with 25 % about four), and at 10 % one of three. Of single ones in a jitter of 25 % one in ten is missed, and how many
-are missing is then known to one or two. Where every second message is missing for long, that is named at its beginning,
-and the count is too small. A source that leaves out a period itself looks like a loss, and is one to whoever reads.
-False alarms: none in 25 minutes at 100 Hz of each kind of jitter in `tests/unit/wire/test_missing.py`, but 5 of the
-loop with 25 %.
+What cannot be known: a message missing among the last ones of a run, as too few follow; one of the first nine, from
+which the rhythm is learnt; one or a few of the first ENOUGH where stamps scatter; a single one in bursts of two, or
+where the intervals of a loop that sleeps vary by more than 10 % (twice as many missing in a row can, and of a loop with
+25 % about four), and at 10 % one of three. Of single ones in a jitter of 25 % one in ten is missed, and how many are
+missing is then known to one or two. Where every second, third or fourth message is missing for long, that is named at
+its beginning, and the count is too small. A source that leaves out a period itself looks like a loss, and is one to
+whoever reads. False alarms: none in 25 minutes at 100 Hz of each kind of jitter in `tests/unit/wire/test_missing.py`,
+but 5 of the loop with 25 %.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ from vehicle.messages import FloatArray
 GAP = 1.5  # periods; an interval that is weighed: between the usual one and that with one message missing
 BEFORE = 64  # messages before it that make the grid; chosen: a jitter of 25 % then leaves its level 0.1 period unsure
 MOST = 32  # messages after it at most; chosen: 0.3 s at 100 Hz
-ENOUGH = 32  # messages before it where stamps scatter; chosen: from fewer a wandering source cannot be told
+ENOUGH = 32  # messages before it where stamps scatter; chosen: what has fewer is taken for a loop, which may wander
 EXACT = 0.05  # periods of scatter, below which the few messages that the rhythm is learnt from are enough; chosen
 STEP = 0.75  # periods behind that count as one missing; chosen: less is a loop that was held up
 SURE = 5.0  # standard deviations that the step must exceed: one false alarm in 10^6 weighings
@@ -99,13 +101,13 @@ class Missing:
         behind = stamps / period_of(stamps[:known], places[:known]) - places  # the grid, periods
         behind -= _level(behind[:known])
         scatter = 1.25 * float(np.mean(np.abs(behind[:known])))  # of a Gaussian: mean deviation to standard deviation
-        if scatter > EXACT and known < ENOUGH:
-            return 0
         lag = known // 4
         near = float(np.mean(np.diff(behind[:known]) ** 2))
         far = float(np.mean((behind[lag:known] - behind[: known - lag]) ** 2))
-        if scatter > EXACT and far > WANDERS * near:
+        few = scatter > EXACT and known < ENOUGH
+        if few or (scatter > EXACT and far > WANDERS * near):
             step = float(behind[known + gap.reach - 1] - behind[known - 1])
+            step = min(step, gap.reach - 2.0) if few else step  # no more than the gap holds: a hold-up may follow it
             unsure = math.sqrt(near * (gap.reach + gap.reach**2 / known))
         else:
             count = min(2 * gap.reach + math.floor((SURE * 1.25 * scatter / (1.0 - STEP)) ** 2), MOST)
@@ -115,7 +117,7 @@ class Missing:
             step = _level(behind[known : known + count])
             away = 0.5 * (known + count)
             unsure = 1.1 * scatter * math.sqrt(1.0 / count + 1.0 / known + 12.0 * away**2 / known**3)
-        if step < max(STEP, SURE * unsure):
+        if step < max(2.0 * STEP if few else STEP, SURE * unsure):
             return 0
         missing = max(1, round(step))
         self._places[at:] = [each + missing for each in self._places[at:]]

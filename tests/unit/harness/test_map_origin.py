@@ -121,6 +121,39 @@ def test_a_plane_of_another_scale_ellipsoid_or_unit_is_none_of_ours(
     assert map_origin(network)[0] is None
 
 
+@pytest.mark.parametrize(
+    "more", ["+R=6371000", "+a=6378137 +b=6378137", "+alpha=30", "+lat_ts=70", "+gamma=30", "+towgs84=598,73,418"]
+)
+def test_a_plane_with_any_other_word_is_left_to_pyproj(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, more: str
+) -> None:
+    """A sphere's is 3 m off at 1 km."""
+    network = roads(tmp_path, f"+proj=tmerc +lat_0=48 +lon_0=11 {more}")
+    without_pyproj(monkeypatch)
+    assert map_origin(network)[0] is None
+
+
+@pytest.mark.parametrize("reference", ["EPSG:4326", "+proj=longlat +datum=WGS84 +no_defs", "EPSG:4978"])
+def test_degrees_are_no_metres_of_a_map(tmp_path: Path, reference: str) -> None:
+    """The start of a road at x = 180 m would lie at 180 degrees east."""
+    pytest.importorskip("pyproj")
+    origin, why_not = map_origin(roads(tmp_path, reference))
+    assert (origin, why_not.partition(" of the road file ")[2]) == (None, "is no projection to a plane")
+
+
+def test_a_projection_that_distorts_is_no_plane(tmp_path: Path) -> None:
+    """Web Mercator is 0.7 % longer to the east than to the north: 6.7 m off at 1 km."""
+    pytest.importorskip("pyproj")
+    origin, why_not = map_origin(roads(tmp_path, "EPSG:3857"))
+    assert (origin, why_not.partition(" of the road file ")[2]) == (None, "distorts the shape of the roads")
+
+
+def test_a_place_that_the_earth_does_not_have_is_no_origin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    network = roads(tmp_path, TMERC.replace("48.137", "95"))
+    without_pyproj(monkeypatch)
+    assert map_origin(network)[0] is None
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.4, -3.0])
 def test_a_turned_map_is_exact_there_and_back(turn: float) -> None:
     origin = Origin(48.0, 11.0, 500.0, 300.0, -50.0, turn, 0.9996)

@@ -266,6 +266,19 @@ def test_a_ring_of_one_road_needs_no_contact_point(tmp_path: Path) -> None:
     assert [each and each.contact for each in ends] == ["end", "start"]
 
 
+def test_the_end_that_leads_back_to_the_other_end_of_the_road_is_not_meant(tmp_path: Path) -> None:
+    """A ring of two half circles: only the second one's end is linked, and it leads to the start of the first."""
+    arc, length = '<arc curvature="0.1"/>', 10.0 * math.pi
+    both = "".join(f'<{end} elementType="road" elementId="2"/>' for end in ("predecessor", "successor"))
+    back = '<successor elementType="road" elementId="1" contactPoint="start"/>'
+    path = write(
+        tmp_path,
+        road("1", geometry(0, 0, 0, 0, length, arc), length, link=both),
+        road("2", geometry(0, 0, 20, math.pi, length, arc), length, link=back),
+    )
+    assert assumed(path) == ["it leads to the end of road 2", "it leads to the start of road 2"]
+
+
 def test_a_road_of_a_type_that_the_standard_does_not_have_is_driven_on(tmp_path: Path) -> None:
     kind = '<type s="0" type="highway"><speed max="20"/></type>'
     path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{kind}<planView>"))

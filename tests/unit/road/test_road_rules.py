@@ -241,6 +241,14 @@ def test_a_step_in_the_height_of_a_road_is_told(tmp_path: Path) -> None:
     assert warned(path) == [("road.height_step", "road/elevationProfile", "a step of 2 m")]
 
 
+@pytest.mark.parametrize(
+    "records", [((50.0, 20.0), (50.0, 0.0)), ((100.0, 20.0),), ((150.0, 20.0),)], ids=["twice", "at the end", "beyond"]
+)
+def test_a_height_that_holds_nowhere_is_no_step(tmp_path: Path, records: tuple[tuple[float, float], ...]) -> None:
+    heights = "".join(cubic("elevation", s, z) for s, z in ((0.0, 0.0), *records))
+    assert warned(write(tmp_path, straight("1", 0, 0, 0, 100, elevation=heights))) == []
+
+
 def test_two_roads_that_meet_at_different_heights_are_told(tmp_path: Path) -> None:
     path = write(
         tmp_path,

@@ -122,6 +122,30 @@ def test_an_end_that_does_not_match_is_named_with_its_qos(pair: Pair) -> None:
     assert not reader.get_matched_publications()
 
 
+def test_a_writer_of_best_effort_that_has_just_come_is_not_unfit(pair: Pair) -> None:
+    """As that of a sensor that starts while a run is reset: it is read from the next look on."""
+    writer = pair.writer(topics.IMU, SENSOR_DATA)
+    assert isinstance(pair.ours, DdsTransport)
+    until(lambda: pair.ours._readers[topics.IMU].get_requested_incompatible_qos_status().total_count)
+    assert pair.ours.unmatched() == {}
+    until(writer.get_matched_subscriptions)
+
+
+def test_a_writer_of_best_effort_is_read_beside_one_that_cannot_match(pair: Pair) -> None:
+    """Of several writers that are refused, the reader remembers only why the last one was."""
+    assert isinstance(pair.ours, DdsTransport)
+    refused = pair.ours._readers[topics.ODOMETRY].get_requested_incompatible_qos_status
+    writer = pair.writer(topics.ODOMETRY, SENSOR_DATA)
+    until(lambda: refused().total_count == 1)
+    other = pair.writer(topics.ODOMETRY, NEWER)
+    until(lambda: refused().total_count == 2)
+    until(lambda: pair.ours.matched([topics.ODOMETRY]) and writer.get_matched_subscriptions())
+    reader = pair.ours._readers[topics.ODOMETRY]
+    assert pair.ours.matched([topics.ODOMETRY])
+    assert pair.ours._readers[topics.ODOMETRY] is reader  # it is made anew once
+    assert not other.get_matched_subscriptions()
+
+
 def test_a_car_that_does_not_come_is_told_of_with_what_is_there(pair: Pair) -> None:
     wrong = pair.writer(topics.DONE, NEWER)
     with pytest.raises(VehicleLost, match=r"^no car answered .*; /simulation/done is written as std_msgs.*XCDR2 only"):

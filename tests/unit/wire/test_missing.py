@@ -127,3 +127,24 @@ def test_half_of_all_messages_missing_is_named_at_once() -> None:
     gone = {500 + k for k in range(300) if rng.uniform() < 0.5}
     lost = [trouble for trouble in named(TICKS, lambda k: k not in gone) if trouble.what == "lost"]
     assert lost[0].t < 5.3
+
+
+@pytest.mark.parametrize("gone", [(20, 35), (12, 40)])
+def test_many_missing_among_the_first_jittering_messages_are_named(gone: tuple[int, int]) -> None:
+    """Else nothing would be named after them either, as they would count as jitter."""
+    sent = gaussian(0.10)(np.random.default_rng(9))
+    lost = [t for t in named(sent, lambda k: not gone[0] <= k < gone[1] and k != 150) if t.what == "lost"]
+    assert [t.amount for t in lost] == [pytest.approx(gone[1] - gone[0], abs=1), 1.0]
+
+
+def test_what_is_missing_while_the_rhythm_is_learnt_hides_no_later_loss() -> None:
+    """The 6th and 7th of the first nine: the rhythm learnt from these is half as long again."""
+    lost = named(TICKS, lambda k: k not in (5, 6, 500))
+    assert [(t.what, t.amount, t.t) for t in lost] == [("lost", 1.0, pytest.approx(5.061))]
+
+
+@pytest.mark.parametrize("seed", [67, 310, 401, 440, 586, 598])
+def test_a_hold_up_among_the_first_messages_is_no_loss_of_the_gap_before(seed: int) -> None:
+    """A gap of 1.6 to 1.8 periods that is jitter, and three messages later one that is made up for."""
+    begin = int(np.random.default_rng(seed).integers(0, 4000))
+    assert named(hiccups(0.25)(np.random.default_rng(5000 + seed))[begin : begin + 80]) == []
