@@ -9,6 +9,7 @@ import numpy as np
 from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.angle_units import check_angles
 from pytest_dvp.doctor.comparable_log import comparable
+from pytest_dvp.doctor.dead_speed import check_dead_speed
 from pytest_dvp.doctor.missing_values import check_missing
 from pytest_dvp.doctor.position_drift import check_drift, check_lost_fix
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
@@ -67,6 +68,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
     check_missing(log, name, findings)
     check_engaged(log, name, findings)
     if not output:
+        check_dead_speed(log, name, findings)
         check_repeats(log, name, findings)
         check_spikes(log, name, findings)
     log = comparable(log) if not output else log  # no other check takes a spike for a jump, or a driver for a car
