@@ -15,7 +15,7 @@ from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.columns import Column
 from pytest_dvp.recognition.grid import Grid, Match
 from pytest_dvp.recognition.recognised import Recognised
-from pytest_dvp.recognition.words import families, is_command, words_of
+from pytest_dvp.recognition.words import families, words_of
 
 FOLLOWS = 0.6  # correlation of turn rate and steering times speed, from which a named column is the steering
 WIDEST = 1.0  # rad of a road wheel: no steering goes further
@@ -50,10 +50,10 @@ def wishes(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     if motion.v is not None:
         for column in columns:
             said = families(column.name, column.unit)
-            if "speed" not in said and not (is_command(column.name) and not said):
+            if "speed" not in said and not (column.is_command and not said):
                 continue
             match = motion.grid.match(motion.grid.mean(column), motion.v)
-            asked = is_command(column.name) or (match.lag < -LEAD and match.alike > FOLLOWS)
+            asked = column.is_command or (match.lag < -LEAD and match.alike > FOLLOWS)
             if not asked or match.alike < FOLLOWS:
                 continue
             unit, sure = _nearest(match.ratio, (("m/s", 1.0), ("km/h", 3.6)), column.unit)
@@ -64,7 +64,7 @@ def wishes(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     along = motion.along
     if along is not None:
         for column in columns:
-            if not is_command(column.name) or "accel" not in families(column.name, column.unit):
+            if not column.is_command or "accel" not in families(column.name, column.unit):
                 continue
             match = motion.grid.match(along, motion.grid.mean(column))
             if match.alike < FOLLOWS:
@@ -100,7 +100,7 @@ def steering(columns: Sequence[Column], motion: Motion, commands: Sequence[Colum
         if abs(match.alike) < (FOLLOWS if said else 0.93) or not math.isfinite(match.ratio):
             continue
         apart = not any(_same_stamps(column, other) for other in motion.measured)
-        wanted = is_command(column.name) or (apart and any(_same_stamps(column, other) for other in commands))
+        wanted = column.is_command or (apart and any(_same_stamps(column, other) for other in commands))
         one = _scaled(column, match, wanted, motion.wheelbase)
         name = "steer_cmd" if one.name.startswith("steer_cmd") else "steer"
         rank = abs(match.alike) + 0.1 * (canonical(column.name) == name) + 0.1 * bool(said)
@@ -162,7 +162,7 @@ def _hand_wheel(name: str, column: Column, unit: str, match: Match, gear: float,
 def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     """Throttle and brake by their names; a brake may be a pressure."""
     found: dict[str, Recognised] = {}
-    for column in columns:
+    for column in sorted(columns, key=lambda one: not one.is_command):  # a car may report its pedals as well
         said = set(words_of(column.name))
         if "pedal" not in families(column.name, column.unit) or len(np.unique(column.values)) < 3:
             continue

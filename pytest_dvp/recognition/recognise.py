@@ -34,7 +34,7 @@ from pytest_dvp.recognition.drive_motion import (
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
 from pytest_dvp.recognition.recognised import Recognised, Recognition, otherwise_named
 from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
-from pytest_dvp.recognition.words import Family, families, is_command, words_of
+from pytest_dvp.recognition.words import Family, families, words_of
 
 G = 9.80665  # m/s^2, CGPM 1901
 FASTEST = 80.0  # m/s, and
@@ -243,7 +243,7 @@ class _Search:
         wheels = [c for c in self.free if families(c.name, c.unit) == {"wheel"}]
         sides = [(a, b) for a in wheels for b in wheels if _other_side(a.field) == b.field]
         rear = sorted(sides, key=lambda pair: not set(words_of(pair[0].field)) & {"rear", "rl", "r", "back"})
-        parts = [pair for pair in pairs_of(self.free) if not is_command(pair[0].name)]
+        parts = [pair for pair in pairs_of(self.free) if not pair[0].is_command]
         tried = [together("mean of", pair) for pair in rear] + [together("norm of", pair) for pair in parts]
         for column in tried:
             if column is not None:
@@ -465,7 +465,7 @@ def _is_rate(column: Column, match: Match) -> bool:
 
 def _wanted(column: Column, match: Match) -> bool:
     """True for a speed that comes before the car's: it was asked for."""
-    return is_command(column.name) or match.lag < -0.1
+    return column.is_command or match.lag < -0.1
 
 
 def _other_side(field: str) -> str:
