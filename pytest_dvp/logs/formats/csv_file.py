@@ -27,6 +27,7 @@ from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.text_times import seconds_of
+from pytest_dvp.logs.texts import Texts, texts_of
 from pytest_dvp.logs.two_part_time import one_time
 from pytest_dvp.logs.units import find_unit
 
@@ -91,7 +92,8 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
     if not table.columns:
         findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
         raise LogError.of(findings.in_order())
-    findings.found.extend(table.findings.found)
+    kept = {f"column {name}" for name in table.texts}  # told with the fields that are not mapped
+    findings.found.extend(f for f in table.findings.found if f.code != "log.text_column" or f.element not in kept)
     fields = {column.header.name: column.values for column in table.columns}
     units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
     clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
@@ -100,7 +102,7 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
     else:
         unit = find_unit(clock.header.unit or "s")
         receive = clock.values * (unit.scale if unit is not None else 1.0)
-    return [Stream("", "", receive, fields, units)]
+    return [Stream("", "", receive, fields, units, texts=table.texts)]
 
 
 _ENDINGS = (".csv", ".txt", ".tsv")
@@ -433,6 +435,8 @@ def _slowly(
             result.append(RawColumn(Header(header.text, header.name, "s"), stamps))
             continue
         words_only = numbers[j] == 0 and header.name not in SIGNALS and not cell.startswith("=")
+        if words_only and (texts := _words(body, j, separator)) is not None:
+            table.texts[header.name] = texts
         table.findings.add(
             "log.text_column" if words_only else "value.not_a_number",
             table.file, int(lines[i]), f"column {header.name}",
@@ -443,6 +447,12 @@ def _slowly(
     if table.findings.errors:
         raise LogError.of(table.findings.in_order())
     return result
+
+
+def _words(body: bytes, column: int, separator: str) -> Texts | None:
+    """The words of a column, none for an empty field; None if they are no few short ones."""
+    cells = (row.split(separator)[column].strip() for row in _rows(body))
+    return texts_of(None if cell.lower() in EMPTY else cell for cell in cells)
 
 
 def _rows(body: bytes) -> Iterator[str]:

@@ -124,14 +124,15 @@ class _Gathered:
         if self.channel.encoding == "json" and len(message.data) > LONGEST:
             self.too_long += 1
             return
-        self.columns.add(flatten(self._decode(message.data)))
+        words: dict[str, str] = {}
+        self.columns.add(flatten(self._decode(message.data), words=words), words)
         self.came.append(message.log_time)
 
     def stream(self, first: int) -> Stream:
         receive = (np.frombuffer(self.came, dtype=np.uint64) - np.uint64(first)).astype(np.float64) * 1e-9
         channel, units = self.channel, _units(self.channel) if self.channel.encoding == "json" else {}
         si = channel.encoding == "json" and channel.schema.name.startswith("dvp.")
-        return Stream(channel.topic, self._kind, receive, self.columns.arrays(), units, si)
+        return Stream(channel.topic, self._kind, receive, self.columns.arrays(), units, si, self.columns.texts())
 
 
 def _streams(
