@@ -24,7 +24,7 @@ def is_mode_value(value: Any) -> bool:
 
 
 def obeyed_in(stream: Stream, field: str, when: Sequence[float | str], where: str) -> FloatArray:
-    """1 where a field (n,) holds one of `when`, 0 where it holds anything else, NaN where it holds nothing.
+    """1 (no unit) where a field (n,) holds one of `when`, 0 where it holds anything else, NaN where it holds nothing.
 
     Raises LogError, which begins with `where`, if `when` has words for a field of numbers, or the other way round.
     """
@@ -47,7 +47,7 @@ def check_modes(stream: Stream, field: str, when: Sequence[float | str], file: s
     if missing := [one for one in when if one not in there]:
         findings.add(
             "log.mode_absent", file, None, f"{stream.topic} {field}".strip(),
-            f"it never holds {listed([_shown(one) for one in missing], _SHOWN)}, which `when` names",
+            f"it never holds {listed([shown_mode(one) for one in missing], _SHOWN)}, which `when` names",
             found=held_in(stream, field), severity="warning",
         )  # fmt: skip
 
@@ -56,10 +56,12 @@ def held_in(stream: Stream, field: str) -> str:
     """The words or numbers that a field holds, as a mapping writes them."""
     texts = stream.texts.get(field)
     if texts is not None:
-        return listed([_shown(word) for word in texts.words], _SHOWN)
+        return listed([shown_mode(word) for word in texts.words], _SHOWN)
     values = stream.fields[field]
-    return listed([_shown(value) for value in np.unique(values[np.isfinite(values)]).tolist()], _SHOWN)
+    return listed([shown_mode(value) for value in np.unique(values[np.isfinite(values)]).tolist()], _SHOWN)
 
 
-def _shown(mode: float | str) -> str:
-    return f'"{mode}"' if isinstance(mode, str) else f"{mode:g}"
+def shown_mode(mode: float | str) -> str:
+    """A mode as a mapping writes it: a word in quotes, a number without decimals that it does not need."""
+    quoted = str(mode).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{quoted}"' if isinstance(mode, str) else f"{mode:g}"

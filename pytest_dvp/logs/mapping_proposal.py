@@ -67,6 +67,7 @@ _FIX = {
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
 _MODE = re.compile(r"mode|engag|enabled|autonom|automat|autopilot|^ad_?active", re.IGNORECASE)
+_NAMELESS = frozenset(("data", "value", "state"))  # fields of messages whose topic says what they are
 _MODES = 10  # of a car; chosen
 HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _OTHER_MEANING = re.compile(
@@ -310,8 +311,15 @@ def named_by_unit(
 
 
 def is_mode(stream: Stream, field: str) -> bool:
-    """Whether a field may say who drives: its name says mode or automation, and it holds a few whole numbers."""
-    values = stream.fields[field]
-    kinds = np.unique(values[np.isfinite(values)])
-    few = 1 < len(kinds) <= _MODES and bool(np.all(kinds == np.round(kinds)))
-    return few and bool(_MODE.search(field.rpartition(".")[2]))
+    """Whether a field may say who drives: its name says mode or automation, and it holds a few whole numbers or words.
+
+    A field that is called `data` has the name of its topic."""
+    if (texts := stream.texts.get(field)) is not None:
+        few = 1 < len(texts.words) <= _MODES
+    else:
+        values = stream.fields[field]
+        kinds = np.unique(values[np.isfinite(values)])
+        few = 1 < len(kinds) <= _MODES and bool(np.all(kinds == np.round(kinds)))
+    last = field.rpartition(".")[2]
+    name = stream.topic.rpartition("/")[2] if last in _NAMELESS else last
+    return few and bool(_MODE.search(name))
