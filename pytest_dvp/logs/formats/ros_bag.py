@@ -169,6 +169,6 @@ def _plain(message: Any) -> Any:
         return {
             field.name: _plain(getattr(message, field.name))
             for field in dataclasses.fields(message)
-            if not field.name.startswith("__")
+            if not str(field.type).startswith("ClassVar")  # a constant of the definition
         }
     return message
