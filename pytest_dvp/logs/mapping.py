@@ -14,6 +14,7 @@ from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
 from pytest_dvp.logs.combined_fields import MARK, combined, way_of, yaw_of_quaternion
 from pytest_dvp.logs.held_values import held
+from pytest_dvp.logs.infinite_values import without_infinite
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapped_modes import MODES, check_modes, is_mode_value, obeyed_in
@@ -201,6 +202,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         t = _stamps(stream, signal, mapping)
         values = _values(stream, signal, streams, mapping, file)
         check_modes(stream, signal.field, signal.when, file, findings)
+        values = without_infinite(values, file, None, f"{signal.topic} {signal.field}".strip(), findings)
         if (stream.topic, signal.time) not in checked:
             checked.add((stream.topic, signal.time))
             # The recorder's clock too: what was set back between two messages may be seen in one of them only.
@@ -470,7 +472,8 @@ def _move_antenna(columns: list[RawColumn], antenna: tuple[float, float]) -> Non
     by_name = {column.header.name: column.values for column in columns}
     if not {"x", "y", "yaw"} <= by_name.keys():
         raise LogError("mapping: an antenna position needs x, y and yaw", "log.bad_mapping")
-    known = np.isfinite(by_name["yaw"])
+    if not (known := np.isfinite(by_name["yaw"])).any():
+        raise LogError("mapping: an antenna position needs a yaw, and its field holds no value", "log.empty_column")
     yaw = np.interp(by_name["t"], by_name["t"][known], by_name["yaw"][known])
     ahead, left = antenna
     by_name["x"] -= ahead * np.cos(yaw) - left * np.sin(yaw)

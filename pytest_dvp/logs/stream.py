@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from array import array
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -47,8 +48,9 @@ class Stream:
         """The stamps in the messages' headers [s], None if they have none. Shape (n,), one a message."""
         for prefix in ("header.stamp", "stamp", "timestamp"):
             for low in ("nanosec", "nsec", "nsecs"):
-                if f"{prefix}.sec" in self.fields and f"{prefix}.{low}" in self.fields:
-                    stamps = self.fields[f"{prefix}.sec"] + 1e-9 * self.fields[f"{prefix}.{low}"]
+                whole = next((f"{prefix}.{name}" for name in ("sec", "secs") if f"{prefix}.{name}" in self.fields), "")
+                if whole and f"{prefix}.{low}" in self.fields:
+                    stamps = self.fields[whole] + 1e-9 * self.fields[f"{prefix}.{low}"]
                     return stamps if np.any(stamps > 0) else None
         return None
 
@@ -67,13 +69,21 @@ def flatten(
         if words is not None and len(message) <= LONGEST and len(words) < _MOST_FIELDS:
             words[prefix] = message
     elif isinstance(message, bool | int | float):
-        found[prefix] = float(message)
+        found[prefix] = _number(message)
     elif isinstance(message, list | tuple | np.ndarray) and len(message) <= 16:
         for i, value in enumerate(message):
             flatten(value.item() if isinstance(value, np.generic) else value, f"{prefix}[{i}]", found)
     elif isinstance(message, np.generic):
         found[prefix] = float(message.item())
     return found
+
+
+def _number(value: float) -> float:
+    """NaN for a whole number that is too large for a float."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.nan
 
 
 class Columns:

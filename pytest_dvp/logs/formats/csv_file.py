@@ -20,7 +20,7 @@ from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import Header, canonical, parse_header
 from pytest_dvp.logs.formats.log_format import LogFormat
-from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.infinite_values import without_infinite
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.plain_rows import named, separated
 from pytest_dvp.logs.signals import SIGNALS
@@ -400,7 +400,13 @@ def _columns(
         matrix = np.loadtxt(
             io.BytesIO(body), delimiter=separator, comments=None, ndmin=2, usecols=range(width), encoding="latin-1"
         )
-        return [RawColumn(headers[i], _finite(table, headers[i], matrix[:, i], lines)) for i in range(width)]
+        return [
+            RawColumn(
+                headers[i],
+                without_infinite(matrix[:, i], table.file, lines, f"column {headers[i].name}", table.findings),
+            )
+            for i in range(width)
+        ]
     except ValueError:
         pass
     return _slowly(table, body, lines, headers, separator)
@@ -427,7 +433,11 @@ def _slowly(
     result: list[RawColumn] = []
     for j, header in enumerate(headers):
         if j not in bad:
-            result.append(RawColumn(header, _finite(table, header, values[j], lines)))
+            result.append(
+                RawColumn(
+                    header, without_infinite(values[j], table.file, lines, f"column {header.name}", table.findings)
+                )
+            )
             continue
         i, cell = bad[j]
         stamps = seconds_of([row.split(separator)[j] for row in _rows(body)])
@@ -458,20 +468,6 @@ def _words(body: bytes, column: int, separator: str) -> Texts | None:
 def _rows(body: bytes) -> Iterator[str]:
     """The rows one after the other: all of them as words would take ten times the memory of the file."""
     return (_text(row).rstrip("\n") for row in io.BytesIO(body) if row != b"\n")
-
-
-def _finite(table: Table, header: Header, values: FloatArray, lines: NDArray[np.int64]) -> FloatArray:
-    endless = np.flatnonzero(np.isinf(values))
-    if not len(endless):
-        return np.ascontiguousarray(values)
-    table.findings.add(
-        "value.not_finite", table.file, int(lines[endless[0]]), f"column {header.name}",
-        f"{len(endless)} values are infinite; they count as not measured", found=str(values[endless[0]]),
-        allowed="finite numbers", severity="warning",
-    )  # fmt: skip
-    kept = np.array(values)
-    kept[endless] = np.nan
-    return kept
 
 
 def number(cell: str) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -191,8 +192,11 @@ def _json_decoder(channel: Channel, path: Path) -> Callable[[bytes | memoryview]
 
     def decoded(content: bytes | memoryview) -> Any:
         try:
-            return decode(content)
-        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            try:
+                return decode(content)
+            except msgspec.DecodeError:
+                return json.loads(bytes(content))  # Python's own writer puts NaN for what was not measured
+        except (ValueError, msgspec.MsgspecError) as error:
             raise LogError(f"{path}: {channel.topic}: a message is not JSON: {error}", "log.corrupt") from error
         except RecursionError:
             raise LogError(f"{path}: {channel.topic}: a message is nested too deeply", "log.corrupt") from None
