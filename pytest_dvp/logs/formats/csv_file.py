@@ -427,7 +427,7 @@ def _slowly(
             value = number(cell)
             if value is not None:
                 values[j, i] = value
-                numbers[j] += 1
+                numbers[j] += value == value  # an empty field says nothing of what the column holds
             elif cell.lower() not in EMPTY:
                 bad.setdefault(j, (i, cell))
     result: list[RawColumn] = []
