@@ -28,7 +28,7 @@ def log_with(folder: Path, odd: Any) -> Log:
     return read_log(write_json(folder / "log.mcap", {"/car": rows}), mapping=mapping(folder))
 
 
-@pytest.mark.parametrize("odd", [float("nan"), 10**400, None])
+@pytest.mark.parametrize("odd", [float("nan"), 10**400, None], ids=["nan", "huge", "null"])
 def test_what_is_no_number_was_not_measured(tmp_path: Path, odd: Any) -> None:
     """NaN as Python's json writes it, and a whole number of 401 digits."""
     log = log_with(tmp_path, odd)
