@@ -76,6 +76,7 @@ _OTHER_MEANING = re.compile(
     re.IGNORECASE,
 )
 """Words for what no signal of the table is, though its unit may be the same: roll is no steering angle."""
+_NO_PLACE = re.compile(r"angular|linear|veloc|accel|twist|gyro|rate|magnet|orient|force|torque", re.IGNORECASE)
 _RATE_OF_STEERING = re.compile(r"steer|delta|swa", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
@@ -264,6 +265,8 @@ def _candidates(stream: Stream) -> list[SignalMap]:
             continue
         header = parse_header(field.rpartition(".")[2] if stream.topic else field)
         name = _asked_for(canonical(header.name)) if asked else canonical(header.name)
+        if stream.topic and name in ("x", "y", "z") and _NO_PLACE.search(field.rpartition(".")[0]):
+            continue  # a part of another vector
         if name not in SIGNALS or name == "t":
             continue
         stated = stream.units.get(field) or header.unit or (SIGNALS[name].unit if stream.si else None)

@@ -60,3 +60,13 @@ def test_the_control_message_of_autoware_states_its_units() -> None:
         "steer_cmd": ("lateral.steering_tire_angle", "rad"), "speed_cmd": ("longitudinal.velocity", "m/s"),
         "accel_cmd": ("longitudinal.acceleration", "m/s^2"),
     }  # fmt: skip
+
+
+def test_a_part_of_another_vector_is_no_position() -> None:
+    """Such as the angular velocity of openpilot's livePose, or the twist of a message without a type that is known."""
+    pose = stream("livePose", "", "angularVelocityDevice.x", "angularVelocityDevice.z", "linear.x", "acceleration.y")
+    assert propose([pose])[1] == ()
+    placed = stream("place", "", "position.x", "position.y", "pose.z")
+    assert {one.name: one.field for one in propose([placed])[1]} == {
+        "x": "position.x", "y": "position.y", "z": "pose.z",
+    }  # fmt: skip
