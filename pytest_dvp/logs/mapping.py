@@ -19,7 +19,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapped_modes import MODES, check_modes, is_mode_value, obeyed_in
 from pytest_dvp.logs.signals import SIGNALS, describe
-from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.stream import Stream, is_stamp
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.time_column import clock_of
 from pytest_dvp.logs.topic_clocks import check_stamps, on_one_clock
@@ -247,7 +247,7 @@ def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[st
         for stream in streams
         for field in (*stream.fields, *(f for f, texts in stream.texts.items() if len(texts.words) > 1))
         if not any((stream.topic, field[:end]) in taken for end in (len(field), field.rfind(".")))
-        and canonical(field) != "t" and "stamp." not in field and field != mapping.time
+        and canonical(field) != "t" and not is_stamp(field) and field != mapping.time
     ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.texts import LONGEST, Coder, Texts
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
+_WHOLE_STAMPS = ("header.timestampSec", "header.timestamp_sec")  # [s], of Apollo's common.Header
 
 
 @dataclasses.dataclass
@@ -52,7 +53,15 @@ class Stream:
                 if whole and f"{prefix}.{low}" in self.fields:
                     stamps = self.fields[whole] + 1e-9 * self.fields[f"{prefix}.{low}"]
                     return stamps if np.any(stamps > 0) else None
+        for name in _WHOLE_STAMPS:
+            if name in self.fields:
+                return self.fields[name] if np.any(self.fields[name] > 0) else None
         return None
+
+
+def is_stamp(field: str) -> bool:
+    """Whether a field is a time in a message's header, and so no signal."""
+    return "stamp." in field or field in _WHOLE_STAMPS
 
 
 def flatten(

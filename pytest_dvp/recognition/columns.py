@@ -14,7 +14,7 @@ from pytest_dvp.logs.command_topics import carries_commands
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import QUATERNION
 from pytest_dvp.logs.mapping_proposal import quaternions_of
-from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.stream import Stream, is_stamp
 from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.words import is_command
 
@@ -70,7 +70,7 @@ def columns_of(streams: Sequence[Stream], clock: str) -> list[Column]:
             x, y, z, w = (stream.fields[part] for part in group)
             found += _column(stream, name, QUATERNION, t, yaw_of_quaternion(x, y, z, w))
         for field, values in stream.fields.items():
-            if field not in parts and field != clock and "stamp." not in field:
+            if field not in parts and field != clock and not is_stamp(field):
                 unit = stream.units.get(field) or parse_header(field.rpartition(".")[2]).unit or ""
                 unit = unit if find_unit(unit) is not None else ""
                 found += _column(stream, field, unit, t, values)

@@ -74,6 +74,16 @@ def test_the_stamps_of_headers_as_bridges_write_them(whole: str, part: str) -> N
     assert header.tolist() == [7.0, 7.5]
 
 
+@pytest.mark.parametrize("name", ["timestampSec", "timestamp_sec"])
+def test_the_stamp_of_an_apollo_header_is_the_senders(tmp_path: Path, name: str) -> None:
+    """The recorder got each message 0.3 s later, and some of them later still."""
+    rows = [(0.3 + 0.02 * k + 0.005 * (k % 3), {"header": {name: 1.7e9 + 0.02 * k}, "v": float(k)}) for k in range(100)]
+    file = write_json(tmp_path / "log.mcap", {"/apollo/canbus/chassis": rows})
+    log = read_log(file, mapping=mapping(tmp_path))
+    assert np.diff(log.t) == pytest.approx(np.full(99, 0.02), abs=1e-6)
+    assert log.meta["import"]["unmapped"] == []
+
+
 def test_constants_of_a_message_definition_are_no_fields() -> None:
     store = get_typestore(Stores.ROS2_HUMBLE)
     store.register(get_types_from_msg("uint8 AUTONOMOUS=1\nuint8 MANUAL=4\nuint8 mode\n", "their_msgs/msg/Mode"))
