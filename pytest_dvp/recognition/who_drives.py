@@ -18,9 +18,7 @@ from pytest_dvp.recognition.commands import FOLLOWS, Motion, moving_speed
 from pytest_dvp.recognition.recognised import Recognised
 from pytest_dvp.recognition.words import families
 
-OBEYS = (
-    0.8  # correlation from which the car follows a command; below FOLLOWS it does not; between, nothing is said; chosen
-)
+OBEYS = 0.8  # correlation from which the car follows a command; below FOLLOWS it does not, between it is open; chosen
 SHORTEST = 5.0  # s of driving in a mode that can tell, chosen: a bend takes as long
 LIVELY = 0.3  # of the motion while the car obeys: in a mode with less a command cannot be told from noise; chosen
 
