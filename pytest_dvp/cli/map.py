@@ -54,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from openscenario.findings import Findings
     from pytest_dvp.logs.log import Log
     from pytest_dvp.logs.mapping_proposal import propose
-    from pytest_dvp.logs.mapping_text import mapping_text, open_signals
+    from pytest_dvp.logs.mapping_text import mapping_text, open_modes, open_signals
     from pytest_dvp.logs.read_log import read_streams
     from pytest_dvp.recognition.starting_model import measured_drive, starting_model
 
@@ -79,8 +79,10 @@ def execute(arguments: argparse.Namespace) -> int:
         entries = [(one.signal, not one.doubt, one.evidence) for one in told]
         entries += [(s, True, "") for s in mapping.signals if s.name not in known]
         entries += [(s, False, "") for s in unsure if s.name not in known]
+        entries += [(s, False, "") for s in open_modes(streams, told)]
         signals = [
             {"name": s.name, "topic": s.topic, "field": s.field, "unit": s.unit, "certain": c, "evidence": e}
+            | ({"when": list(s.when)} if s.when else {})
             for s, c, e in entries
         ]
         print(
@@ -89,7 +91,9 @@ def execute(arguments: argparse.Namespace) -> int:
     elif out is None:
         print(text, end="")
     else:
-        _say_next(arguments, told, [*_left_open(open_signals(streams, told)), *remarks], out)
+        _say_next(
+            arguments, told, [*_left_open([*open_signals(streams, told), *open_modes(streams, told)]), *remarks], out
+        )
         if model is not None and measured_drive(sure):
             print(f"  {model} takes the speed from the log; its line `longitudinal` says how to judge the drive, too")
     return 0
@@ -97,14 +101,19 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _by_data(streams: Sequence[Stream], wheelbase: float | None) -> tuple[list[Told], tuple[str, ...]]:
     """What the numbers say of each signal."""
+    from openscenario.findings import Findings
     from pytest_dvp.logs.mapping_text import Told
     from pytest_dvp.logs.signals import SIGNALS
     from pytest_dvp.logs.time_column import clock_of
+    from pytest_dvp.logs.topic_clocks import on_one_clock
     from pytest_dvp.recognition.columns import columns_of
     from pytest_dvp.recognition.recognise import recognise
+    from pytest_dvp.recognition.who_drives import modes_of
 
     streams, clock, _ = clock_of(streams)
-    found = recognise(columns_of(streams, clock), wheelbase)
+    if clock == "header":  # topics without a header count from the first message
+        streams = on_one_clock(streams, [(stream, 0.0) for stream in streams], "", Findings())
+    found = recognise(columns_of(streams, clock), wheelbase, modes_of(streams, clock))
     order = list(SIGNALS)
     told = [
         Told(one.signal, "; ".join(one.evidence), "" if one.decided else one.rival or "the data do not tell its unit")

@@ -23,8 +23,9 @@ from pytest_dvp.logs.time_column import bare_time, clock_of, unit_of_steps
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Joined:
     """t (n,) [s] since `origin` [s], the first stamp of all; columns (n,) by header text `name [unit]`, NaN where a
-    file has no row; renamed: columns that an earlier file has too, old name to new; rows of each file; left_out: rows
-    without a stamp of their own, by file; guessed: unit of the time of files that do not say it, if it is not s."""
+    file has no row; words: those of columns that hold words, "" where there is none; renamed: columns
+    that an earlier file has too, old name to new; rows of each file; left_out: rows without a stamp of their own, by
+    file; guessed: unit of the time of files that do not say it, if it is not s."""
 
     t: FloatArray
     origin: float
@@ -33,6 +34,7 @@ class Joined:
     rows: dict[str, int]
     left_out: dict[str, int]
     guessed: dict[str, str]
+    words: dict[str, list[str]]
 
 
 def join(files: Sequence[Path]) -> Joined:
@@ -59,16 +61,17 @@ def join(files: Sequence[Path]) -> Joined:
     origin = min(float(t[0]) for t in clocks)
     ticks = [np.round((t - origin) / STAMP).astype(np.int64) for t in clocks]
     stamps = np.unique(np.concatenate(ticks))
-    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {}, guessed)
+    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {}, guessed, {})
     for path, stream, own in zip(files, streams, ticks, strict=True):
         _, first = np.unique(own, return_index=True)
         found.rows[str(path)] = len(first)
         if len(own) > len(first):
             found.left_out[str(path)] = len(own) - len(first)
         places = np.searchsorted(stamps, own[first])
-        taken = {_name(header) for header in found.columns}
+        taken = {*map(_name, found.columns), *found.words}
         known = _finite_clock(stream)
-        for name, values in stream.fields.items():
+        fields = stream.fields | {name: texts.codes for name, texts in stream.texts.items()}
+        for name, values in fields.items():
             if canonical(name) == "t":
                 continue
             new = name if name not in taken else f"{path.stem}.{name}"
@@ -78,6 +81,10 @@ def join(files: Sequence[Path]) -> Joined:
                 found.renamed[f"{path.name}: {name}"] = new
             column = np.full(len(stamps), np.nan)
             column[places] = values[known][first]
+            if name in stream.texts:
+                words = stream.texts[name].words
+                found.words[new] = ["" if code != code else words[int(code)] for code in column.tolist()]
+                continue
             unit = stream.units.get(name)
             found.columns[f"{new} [{unit}]" if unit else new] = column
     return found
@@ -85,8 +92,9 @@ def join(files: Sequence[Path]) -> Joined:
 
 def text_of(joined: Joined) -> str:
     """The table as CSV, `t [s]` first; numbers are those of the files to the last bit, an empty field is no value."""
-    rows = [",".join(_cell(header) for header in ("t [s]", *joined.columns))]
+    rows = [",".join(_cell(header) for header in ("t [s]", *joined.columns, *joined.words))]
     columns = [_numbers(joined.t, 6), *(_numbers(column) for column in joined.columns.values())]
+    columns += [list(map(_cell, words)) for words in joined.words.values()]
     rows += [",".join(cells) for cells in zip(*columns, strict=True)]
     return "\n".join(rows) + "\n"
 

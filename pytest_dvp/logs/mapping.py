@@ -14,13 +14,15 @@ from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
 from pytest_dvp.logs.combined_fields import MARK, combined, way_of, yaw_of_quaternion
 from pytest_dvp.logs.held_values import held
+from pytest_dvp.logs.infinite_values import without_infinite
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.mapped_modes import MODES, check_modes, is_mode_value, obeyed_in
 from pytest_dvp.logs.signals import SIGNALS, describe
-from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.stream import Stream, is_stamp
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.time_column import clock_of
-from pytest_dvp.logs.topic_clocks import on_one_clock
+from pytest_dvp.logs.topic_clocks import check_stamps, on_one_clock
 from pytest_dvp.logs.units import find_unit, units_of
 from vehicle.toml_file import TomlError, read_toml
 
@@ -47,7 +49,8 @@ class SignalMap:
             "ned" (as "frd", but yaw is a compass heading, clockwise from north; not for x and y, whose fields say it)
     time    "header", "receive" or the name of a field with the time [s]
     delay   [s] that the stamps come too late; taken off them
-    when    the signal is 1 where the field is one of these, else 0: a mode in which the car obeys its commands
+    when    the signal is 1 where the field is one of these numbers or words, else 0: a mode in which the car obeys its
+            commands
     """
 
     name: str
@@ -61,7 +64,7 @@ class SignalMap:
     frame: str = "flu"
     time: str = ""
     delay: float = 0.0
-    when: tuple[float, ...] = ()
+    when: tuple[float | str, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +122,16 @@ def read_mapping(path: Path) -> MappingFile:
             raise _bad(path, f"{signal.name}.frame", "ned", "none; x takes the field of the east, y that of the north")
         if signal.frame != "flu" and signal.unit in _FIXES:
             raise _bad(path, f"{signal.name}.frame", signal.frame, "none; degrees of latitude and longitude have one")
+        plain = SignalMap(
+            signal.name, signal.topic, signal.field, time=signal.time, delay=signal.delay, when=signal.when
+        )
+        if signal.when and signal != plain:
+            raise _bad(
+                path,
+                f"{signal.name}.when",
+                str(list(signal.when)),
+                "no unit, scale, sign, offset, ratio or frame beside it: a mode has none",
+            )
         if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
             raise _bad(path, signal.name, "", "ratio and scale not 0, sign 1 or -1")
     unit = find_unit(log.get("time_unit", "s"))
@@ -161,9 +174,9 @@ def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[st
                 "log.bad_mapping",
             )
         if kind is list and prefix.startswith("signal"):
-            value = tuple(value) if isinstance(value, list) and all(map(_is_number, value)) else None
+            value = tuple(value) if isinstance(value, list) and all(map(is_mode_value, value)) else None
             if not value:
-                raise _bad(path, prefix + key, str(raw[key]), "a list of numbers")
+                raise _bad(path, prefix + key, str(raw[key]), MODES)
             out[key] = value
             continue
         if kind is float and isinstance(value, int) and not isinstance(value, bool):
@@ -174,10 +187,6 @@ def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[st
     if prefix.startswith("signal") and "name" not in out:
         raise LogError(f"{path}: {prefix[:-1]} has no name", "log.bad_mapping")
     return out
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: str, findings: Findings) -> Table:
@@ -192,10 +201,12 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         stream = stream_of(streams, signal, mapping, file)
         t = _stamps(stream, signal, mapping)
         values = _values(stream, signal, streams, mapping, file)
+        check_modes(stream, signal.field, signal.when, file, findings)
+        values = without_infinite(values, file, None, f"{signal.topic} {signal.field}".strip(), findings)
         if (stream.topic, signal.time) not in checked:
             checked.add((stream.topic, signal.time))
             # The recorder's clock too: what was set back between two messages may be seen in one of them only.
-            _check_stamps(t if np.any(np.diff(t) < 0) else stream.receive, stream, file, findings)
+            check_stamps(t if np.any(np.diff(t) < 0) else stream.receive, stream, file, findings)
         if (timeless := int(np.count_nonzero(~np.isfinite(t)))) and (stream.topic, "") not in checked:
             checked.add((stream.topic, ""))
             findings.add("log.time_missing", file, None, stream.topic, f"{timeless} rows have no time and are left out",
@@ -234,9 +245,9 @@ def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[st
     return [
         f"{stream.topic} {field}".strip()
         for stream in streams
-        for field in stream.fields
+        for field in (*stream.fields, *(f for f, texts in stream.texts.items() if len(texts.words) > 1))
         if not any((stream.topic, field[:end]) in taken for end in (len(field), field.rfind(".")))
-        and canonical(field) != "t" and "stamp." not in field and field != mapping.time
+        and canonical(field) != "t" and not is_stamp(field) and field != mapping.time
     ]  # fmt: skip
 
 
@@ -253,7 +264,11 @@ def fitting(mapping: MappingFile, streams: Sequence[Stream], file: str) -> Mappi
             continue
         stated = stream.units.get(signal.field, "")
         names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
-        there = all(name in stream.fields for name in names) or bool(quaternion_parts(signal.field, stream))
+        there = (
+            all(name in stream.fields for name in names)
+            or (signal.when and signal.field in stream.texts)
+            or bool(quaternion_parts(signal.field, stream))
+        )
         if there and (not stated or not signal.unit or find_unit(stated) == find_unit(signal.unit)):
             kept.append(signal)
     moved = {"x", "y", "yaw"} <= {signal.name for signal in kept}
@@ -286,7 +301,7 @@ def stream_of(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile
             return stream
     prefix = signal.field + "."  # of a quaternion
     names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
-    holders = [s for s in streams if any(f in names or f.startswith(prefix) for f in s.fields)]
+    holders = [s for s in streams if any(f in names or f.startswith(prefix) for f in (*s.fields, *s.texts))]
     if not signal.topic and len(holders) == 1:
         return holders[0]
     topics = [stream.topic for stream in streams]
@@ -324,8 +339,14 @@ def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile, f
         text = f"{mapping.file or file}: {signal.name}: no field {name!r} in {place}"
         if not name:
             text = f"{mapping.file or file}: {signal.name}: the entry has no field"
-        few = difflib.get_close_matches(name, list(stream.fields), n=3, cutoff=0.0)
-        near = nearest(name, stream.fields) or f"nearest of its {len(stream.fields)}: {', '.join(few)}"
+        if name in stream.texts:
+            raise LogError(
+                f"{text}; it holds words, which only `when` takes: {listed(stream.texts[name].words, 6)}",
+                "log.no_field",
+            )
+        names = [*stream.fields, *stream.texts]
+        few = difflib.get_close_matches(name, names, n=3, cutoff=0.0)
+        near = nearest(name, names) or f"nearest of its {len(names)}: {', '.join(few)}"
         raise LogError(f"{text}; {near}", "log.no_field")
     return values
 
@@ -333,6 +354,8 @@ def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile, f
 def _values(
     stream: Stream, signal: SignalMap, streams: Sequence[Stream], mapping: MappingFile, file: str
 ) -> FloatArray:
+    if signal.when and (signal.field in stream.texts or signal.field in stream.fields):
+        return obeyed_in(stream, signal.field, signal.when, f"{mapping.file or file}: {signal.name}")
     if signal.unit == QUATERNION:
         parts = quaternion_parts(signal.field, stream) or [f"{signal.field}.{axis}" for axis in "xyzw"]
         x, y, z, w = (_field(stream, part, signal, mapping, file) for part in parts)
@@ -351,8 +374,6 @@ def _values(
         raw = combined(way[0], _stamps(stream, signal, mapping), fields)
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
-        if signal.when:
-            return np.where(np.isfinite(raw), np.isin(raw, signal.when), np.nan)
         if signal.unit in _FIXES:
             return _metres(_degrees(stream, signal, mapping), stream, signal, mapping) / signal.ratio + signal.offset
         raw = _converted(raw, stream, signal, mapping)
@@ -438,25 +459,6 @@ def _first_latitude(stream: Stream, mapping: MappingFile) -> float:
     )
 
 
-def _check_stamps(t: FloatArray, stream: Stream, file: str, findings: Findings) -> None:
-    steps = np.diff(t)
-    back = np.flatnonzero(steps < 0)
-    if len(back):
-        i = int(back[0])
-        findings.add(
-            "log.time_not_monotonic", file, None, stream.topic,
-            f"time jumps back {len(back)} times, first by {-steps[i]:.6g} s after t = {t[i]:.6g} s",
-            found=f"{t[i + 1]:.6g} s after {t[i]:.6g} s", allowed="rising time",
-            hint="a clock that was set, or two recordings in one: cut the file there",
-        )  # fmt: skip
-    same = int(np.count_nonzero(steps == 0))
-    if same:
-        findings.add(
-            "log.duplicate_messages", file, None, stream.topic,
-            f"{same} messages repeat the time of the one before; the first of each is kept", severity="warning",
-        )  # fmt: skip
-
-
 def _first_of_equal(t: FloatArray) -> Any:
     known = np.flatnonzero(np.isfinite(t))
     _, first = np.unique(np.round(t[known] / STAMP).astype(np.int64), return_index=True)
@@ -470,7 +472,8 @@ def _move_antenna(columns: list[RawColumn], antenna: tuple[float, float]) -> Non
     by_name = {column.header.name: column.values for column in columns}
     if not {"x", "y", "yaw"} <= by_name.keys():
         raise LogError("mapping: an antenna position needs x, y and yaw", "log.bad_mapping")
-    known = np.isfinite(by_name["yaw"])
+    if not (known := np.isfinite(by_name["yaw"])).any():
+        raise LogError("mapping: an antenna position needs a yaw, and its field holds no value", "log.empty_column")
     yaw = np.interp(by_name["t"], by_name["t"][known], by_name["yaw"][known])
     ahead, left = antenna
     by_name["x"] -= ahead * np.cos(yaw) - left * np.sin(yaw)

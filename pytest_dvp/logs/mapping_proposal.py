@@ -10,6 +10,8 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import ALIKE, canonical, likeness, parse_header
+from pytest_dvp.logs.command_topics import carries_commands
+from pytest_dvp.logs.engagement import asks
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapping import (
     LATITUDE,
@@ -50,6 +52,10 @@ _ROS = {
         "steer_cmd": ("lateral.steering_tire_angle", "rad"), "accel_cmd": ("longitudinal.acceleration", "m/s^2"),
         "speed_cmd": ("longitudinal.speed", "m/s"),
     },
+    "autoware_auto_control_msgs/Control": {  # of autoware_control_msgs since 2024: longitudinal.velocity
+        "steer_cmd": ("lateral.steering_tire_angle", "rad"), "accel_cmd": ("longitudinal.acceleration", "m/s^2"),
+        "speed_cmd": ("longitudinal.velocity", "m/s"),
+    },
     "ackermann_msgs/AckermannDriveStamped": {
         "steer_cmd": ("drive.steering_angle", "rad"), "speed_cmd": ("drive.speed", "m/s"),
         "accel_cmd": ("drive.acceleration", "m/s^2"),
@@ -61,6 +67,7 @@ _FIX = {
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
 _MODE = re.compile(r"mode|engag|enabled|autonom|automat|autopilot|^ad_?active", re.IGNORECASE)
+_NAMELESS = frozenset(("data", "value", "state"))  # fields of messages whose topic says what they are
 _MODES = 10  # of a car; chosen
 HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _OTHER_MEANING = re.compile(
@@ -69,6 +76,7 @@ _OTHER_MEANING = re.compile(
     re.IGNORECASE,
 )
 """Words for what no signal of the table is, though its unit may be the same: roll is no steering angle."""
+_NO_PLACE = re.compile(r"angular|linear|veloc|accel|twist|gyro|rate|magnet|orient|force|torque", re.IGNORECASE)
 _RATE_OF_STEERING = re.compile(r"steer|delta|swa", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
@@ -237,24 +245,28 @@ def _rank(stream: Stream, signal: SignalMap) -> float:
 
 def _candidates(stream: Stream) -> list[SignalMap]:
     package, _, kind = stream.type.replace("/msg/", "/").partition("/")
+    asked = not stream.si and carries_commands(stream.topic, stream.type)
     table = _ROS.get(f"{_SAME_AS.get(package, package)}/{kind}")
     if table is not None:
         return [
-            SignalMap(name, stream.topic, field, unit)
+            SignalMap(_asked_for(name) if asked else name, stream.topic, field, unit)
             for name, (field, unit) in table.items()
-            if any(known == field or known.startswith(field + ".") for known in stream.fields)
+            if (not asked or _asked_for(name))
+            and any(known == field or known.startswith(field + ".") for known in stream.fields)
         ]
     quaternions = quaternions_of(stream)
     parts = {part for _, four in quaternions for part in four}
-    found = [SignalMap("yaw", stream.topic, name, QUATERNION) for name, _ in quaternions[:1]]
+    found = [SignalMap("yaw", stream.topic, name, QUATERNION) for name, _ in quaternions[:1] if not asked]
     for field in stream.fields:
         if field in parts:
             continue
         if HAND_WHEEL.search(field):  # never certain: the steering ratio is the car's
-            found.append(SignalMap("steer", stream.topic, field, "?"))
+            found.append(SignalMap("steer_cmd" if asked else "steer", stream.topic, field, "?"))
             continue
         header = parse_header(field.rpartition(".")[2] if stream.topic else field)
-        name = canonical(header.name)
+        name = _asked_for(canonical(header.name)) if asked else canonical(header.name)
+        if stream.topic and name in ("x", "y", "z") and _NO_PLACE.search(field.rpartition(".")[0]):
+            continue  # a part of another vector
         if name not in SIGNALS or name == "t":
             continue
         stated = stream.units.get(field) or header.unit or (SIGNALS[name].unit if stream.si else None)
@@ -262,6 +274,12 @@ def _candidates(stream: Stream) -> list[SignalMap]:
         fits = unit is not None and unit.si == SIGNALS[name].unit
         found.append(SignalMap(name, stream.topic, field, str(stated) if fits else "?"))
     return found
+
+
+def _asked_for(name: str) -> str:
+    """The command for a measured signal, `speed_cmd` for `v`; "" if there is none."""
+    command = name if asks(name) else canonical(f"{name}_cmd")
+    return command if command in SIGNALS else ""
 
 
 def fix_of(fields: Sequence[tuple[Stream, str]], taken: Collection[str]) -> list[SignalMap]:
@@ -296,8 +314,15 @@ def named_by_unit(
 
 
 def is_mode(stream: Stream, field: str) -> bool:
-    """Whether a field may say who drives: its name says mode or automation, and it holds a few whole numbers."""
-    values = stream.fields[field]
-    kinds = np.unique(values[np.isfinite(values)])
-    few = 1 < len(kinds) <= _MODES and bool(np.all(kinds == np.round(kinds)))
-    return few and bool(_MODE.search(field.rpartition(".")[2]))
+    """Whether a field may say who drives: its name says mode or automation, and it holds a few whole numbers or words.
+
+    A field that is called `data` has the name of its topic."""
+    if (texts := stream.texts.get(field)) is not None:
+        few = 1 < len(texts.words) <= _MODES
+    else:
+        values = stream.fields[field]
+        kinds = np.unique(values[np.isfinite(values)])
+        few = 1 < len(kinds) <= _MODES and bool(np.all(kinds == np.round(kinds)))
+    last = field.rpartition(".")[2]
+    name = stream.topic.rpartition("/")[2] if last in _NAMELESS else last
+    return few and bool(_MODE.search(name))

@@ -13,6 +13,7 @@ from openscenario.findings import listed
 from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.engagement import ENGAGED
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.mapped_modes import held_in, shown_mode
 from pytest_dvp.logs.mapping import SignalMap
 from pytest_dvp.logs.mapping_proposal import (
     HAND_WHEEL,
@@ -74,6 +75,20 @@ def open_signals(streams: Sequence[Stream], told: Sequence[Told]) -> tuple[Signa
     return _by_name(clock_of(streams)[0], told).open
 
 
+def open_modes(streams: Sequence[Stream], told: Sequence[Told]) -> tuple[SignalMap, ...]:
+    """Fields that may say who drives, each as `engaged`; none where the data or the file's names tell it."""
+    by_name = _by_name(streams, told)
+    taken = [*(one.signal for one in told), *by_name.certain, *by_name.open]
+    if any(signal.name == ENGAGED for signal in taken):
+        return ()
+    used = {(signal.topic, signal.field) for signal in taken}
+    return tuple(
+        SignalMap(ENGAGED, stream.topic, field)
+        for stream in streams for field in (*stream.fields, *stream.texts)
+        if (stream.topic, field) not in used and is_mode(stream, field)
+    )  # fmt: skip
+
+
 def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: Sequence[str] = ()) -> str:
     """The proposal as a TOML file. told: what the data say of signals; it goes before what names say. remarks: further
     sentences on what was seen.
@@ -84,9 +99,10 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
     by_name = _by_name(streams, told)
     unsure, fix, guesses = by_name.unsure, by_name.fix, by_name.guesses
     certain = [*(one.signal for one in told), *by_name.certain, *unsure]
+    modes = open_modes(streams, told)
     fields = [(s, f) for s in streams for f in s.fields]
     lines = [
-        *_head(told, by_name.certain, by_name.open, remarks),
+        *_head(told, by_name.certain, (*by_name.open, *modes[:1]), remarks),
         "[log]",
         f'time = "{_quoted(clock)}"             # {why}',
         *time_unit(streams, clock),
@@ -149,9 +165,11 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
             *(["# ratio = 16.0  # hand wheel to road wheel, if it is that"] if "steer_cmd" in names else []),
         ]
         rest.remove((stream, field))
-    for stream, field in [one for one in rest if is_mode(*one)]:
-        lines += ["", *_mode(stream, field)]
-        rest.remove((stream, field))
+    for signal in modes:
+        stream = next(s for s in streams if s.topic == signal.topic)
+        lines += ["", *_mode(stream, signal.field)]
+    shown = {(signal.topic, signal.field) for signal in modes}
+    rest = [(s, f) for s, f in rest if (s.topic, f) not in shown]
     if rest:
         lines += ["", *_not_mapped(rest)]
     return "\n".join(lines) + "\n"
@@ -233,6 +251,14 @@ def _entry(signal: SignalMap, streams: Sequence[Stream], *, measured: bool = Fal
     more += [f'frame = "{signal.frame}"'] if signal.frame != "flu" else []
     if HAND_WHEEL.search(signal.field) and not measured:
         more.append("ratio = 16.0  # hand wheel to road wheel: put in that of the car")
+    if signal.when:
+        return [
+            "[[signal]]",
+            f'name = "{signal.name}"',
+            *topic,
+            f'field = "{_quoted(signal.field)}"',
+            _when(signal.when),
+        ]
     return [
         "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
         f'unit = "{_quoted(signal.unit)}"{allowed}', *more,
@@ -241,14 +267,20 @@ def _entry(signal: SignalMap, streams: Sequence[Stream], *, measured: bool = Fal
 
 def _mode(stream: Stream, field: str) -> list[str]:
     """The lines of a mode that may say whether the car obeys its commands."""
-    values = stream.fields[field]
-    seen = ", ".join(f"{value:g}" for value in np.unique(values[np.isfinite(values)]))
+    first = stream.texts[field].words[0] if field in stream.texts else 1.0
     topic = [f'topic = "{_quoted(stream.topic)}"'] if stream.topic else []
-    entry = ["[[signal]]", f'name = "{ENGAGED}"', *topic, f'field = "{_quoted(field)}"', "when = [1]"]
+    entry = ["[[signal]]", f'name = "{ENGAGED}"', *topic, f'field = "{_quoted(field)}"', _when((first,))]
     return [
-        f"# perhaps who drives: it holds {seen}; write those into `when` with which the car obeys its commands",
+        *_comment(
+            f"perhaps who drives: it holds {held_in(stream, field)}; write those into `when` with which the car "
+            "obeys its commands"
+        ),
         *(f"# {line}" for line in entry),
     ]
+
+
+def _when(modes: Sequence[float | str]) -> str:
+    return f"when = [{', '.join(shown_mode(mode) for mode in modes)}]"
 
 
 def _quoted(text: str) -> str:

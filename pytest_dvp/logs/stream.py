@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from array import array
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from pytest_dvp.logs.account import Account
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.texts import LONGEST, Coder, Texts
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
+_WHOLE_STAMPS = ("header.timestampSec", "header.timestamp_sec")  # [s], of Apollo's common.Header
 
 
 @dataclasses.dataclass
@@ -23,6 +27,7 @@ class Stream:
     fields   values (n,) by dotted name, `pose.position.x`
     units    unit of a field as the file states it; absent where it does not
     si       the writer's schema promises the names and units of the signal table
+    texts    fields of words, as modes are
     """
 
     topic: str
@@ -31,6 +36,7 @@ class Stream:
     fields: dict[str, FloatArray]
     units: dict[str, str] = dataclasses.field(default_factory=dict)
     si: bool = False
+    texts: dict[str, Texts] = dataclasses.field(default_factory=dict)
 
     @property
     def rate(self) -> float:
@@ -43,28 +49,50 @@ class Stream:
         """The stamps in the messages' headers [s], None if they have none. Shape (n,), one a message."""
         for prefix in ("header.stamp", "stamp", "timestamp"):
             for low in ("nanosec", "nsec", "nsecs"):
-                if f"{prefix}.sec" in self.fields and f"{prefix}.{low}" in self.fields:
-                    stamps = self.fields[f"{prefix}.sec"] + 1e-9 * self.fields[f"{prefix}.{low}"]
+                whole = next((f"{prefix}.{name}" for name in ("sec", "secs") if f"{prefix}.{name}" in self.fields), "")
+                if whole and f"{prefix}.{low}" in self.fields:
+                    stamps = self.fields[whole] + 1e-9 * self.fields[f"{prefix}.{low}"]
                     return stamps if np.any(stamps > 0) else None
+        for name in _WHOLE_STAMPS:
+            if name in self.fields:
+                return self.fields[name] if np.any(self.fields[name] > 0) else None
         return None
 
 
-def flatten(message: Any, prefix: str = "", into: dict[str, float] | None = None) -> dict[str, float]:
-    """Numbers of a nested message by dotted name; lists up to 16 long by index; words are left out."""
+def is_stamp(field: str) -> bool:
+    """Whether a field is a time in a message's header, and so no signal."""
+    return "stamp." in field or field in _WHOLE_STAMPS
+
+
+def flatten(
+    message: Any, prefix: str = "", into: dict[str, float] | None = None, words: dict[str, str] | None = None
+) -> dict[str, float]:  # fmt: skip
+    """Numbers of a nested message by dotted name; lists up to 16 long by index. Short words go into `words`."""
     found: dict[str, float] = {} if into is None else into
     if len(found) > _MOST_FIELDS:
         return found
     if isinstance(message, Mapping):
         for name, value in message.items():
-            flatten(value, f"{prefix}.{name}" if prefix else str(name), found)
+            flatten(value, f"{prefix}.{name}" if prefix else str(name), found, words)
+    elif isinstance(message, str):
+        if words is not None and len(message) <= LONGEST and len(words) < _MOST_FIELDS:
+            words[prefix] = message
     elif isinstance(message, bool | int | float):
-        found[prefix] = float(message)
+        found[prefix] = _number(message)
     elif isinstance(message, list | tuple | np.ndarray) and len(message) <= 16:
         for i, value in enumerate(message):
             flatten(value.item() if isinstance(value, np.generic) else value, f"{prefix}[{i}]", found)
     elif isinstance(message, np.generic):
         found[prefix] = float(message.item())
     return found
+
+
+def _number(value: float) -> float:
+    """NaN for a whole number that is too large for a float."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.nan
 
 
 class Columns:
@@ -74,16 +102,17 @@ class Columns:
         self.rows = 0
         self._account = account
         self._columns: dict[str, array[float]] = {}
+        self._words: dict[str, Coder | None] = {}  # None: no few words
 
-    def add(self, row: Mapping[str, float]) -> None:
-        """Add a message's numbers as a row; a field that a row or an earlier row lacks is NaN there.
+    def add(self, row: Mapping[str, float], words: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Add a message's numbers and words as a row; a field that a row or an earlier row lacks is NaN there.
 
         Raises LogError if rows or bytes are more than the account allows.
         """
         columns = self._columns
         self.rows += 1
         self._account.rows(self.rows)
-        self._account.hold(8 * (len(columns) + 1))  # and its stamp
+        self._account.hold(8 * (len(columns) + len(self._words) + 1))  # and its stamp
         for name, value in row.items():
             column = columns.get(name)
             if column is None:
@@ -94,6 +123,25 @@ class Columns:
             for column in columns.values():
                 if len(column) < self.rows:
                     column.append(np.nan)
+        self._add_words(words)
+
+    def _add_words(self, words: Mapping[str, str]) -> None:
+        for name, word in words.items():
+            if name not in self._words:
+                self._account.hold(8 * self.rows)
+                self._words[name] = Coder(self.rows - 1)
+            coder = self._words[name]
+            if coder is not None:
+                coder.add(word)
+                if coder.full:
+                    self._words[name] = None
+        for coder in self._words.values():
+            if coder is not None and len(coder) < self.rows:
+                coder.add(None)
+
+    def texts(self) -> dict[str, Texts]:
+        """The fields of words, each with a row for each message."""
+        return {name: coder.texts() for name, coder in self._words.items() if coder is not None}
 
     def arrays(self) -> dict[str, FloatArray]:
         """The columns by field, each (n,) with a row for each message, in the units of the messages."""

@@ -16,6 +16,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
+from pytest_dvp.logs.texts import Texts
 from pytest_dvp.logs.units import Unit, find_unit, units_of
 
 EPOCH = 1e7
@@ -37,6 +38,7 @@ class Table:
     kind    "csv", "mat", "mdf", "mcap", "bag"
     columns in the order of the file
     lines   line of each row, None where the format has no lines
+    texts   columns of words, by name; only a mapping takes them
     place   element that messages about the time base name (a topic, or "column t")
     """
 
@@ -48,6 +50,7 @@ class Table:
     place: str = ""
     findings: Findings = dataclasses.field(default_factory=Findings)
     notes: dict[str, Any] = dataclasses.field(default_factory=dict)
+    texts: dict[str, Texts] = dataclasses.field(default_factory=dict)
 
     def line(self, row: int) -> int | None:
         """Line of the file at which a row stands; None if the lines are not known."""

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from openscenario.findings import Findings
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.stream import Stream
 
 APART = 2.0  # [s] between two clocks; less is for the doctor, as a slow pipeline stamps before it sends; chosen
@@ -53,6 +54,26 @@ def _check_apart(apart: dict[tuple[str, float], float], file: str, findings: Fin
                 f"`delay = {_seconds(off + delay)}` in the entries of {topic} the stamps are corrected; or take the "
                 'recorder\'s, `time = "receive"`',
             )  # fmt: skip
+
+
+def check_stamps(t: FloatArray, stream: Stream, file: str, findings: Findings) -> None:
+    """Add a finding for stamps (n,) [s] of a topic that go back, and one for stamps that repeat."""
+    steps = np.diff(t)
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        i = int(back[0])
+        findings.add(
+            "log.time_not_monotonic", file, None, stream.topic,
+            f"time jumps back {len(back)} times, first by {-steps[i]:.6g} s after t = {t[i]:.6g} s",
+            found=f"{t[i + 1]:.6g} s after {t[i]:.6g} s", allowed="rising time",
+            hint="a clock that was set, or two recordings in one: cut the file there",
+        )  # fmt: skip
+    same = int(np.count_nonzero(steps == 0))
+    if same:
+        findings.add(
+            "log.duplicate_messages", file, None, stream.topic,
+            f"{same} messages repeat the time of the one before; the first of each is kept", severity="warning",
+        )  # fmt: skip
 
 
 def _seconds(value: float) -> str:

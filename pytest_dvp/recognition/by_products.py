@@ -16,7 +16,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import QUATERNION
 from pytest_dvp.recognition.columns import Column
 from pytest_dvp.recognition.grid import Grid
-from pytest_dvp.recognition.words import families, is_command
+from pytest_dvp.recognition.words import families
 
 MOST = 8  # columns that are tried for one quantity
 EXPLAINS = 0.85  # correlation with another column, from which a pair without telling names is taken
@@ -27,7 +27,7 @@ def speed_and_turn(
     columns: Sequence[Column], grid: Grid, *, with_rate: bool
 ) -> tuple[Column | None, Column | None]:  # fmt: skip
     """The columns of speed and turn rate (None where nothing tells); with_rate: False if a turn rate is known."""
-    plain = [c for c in columns if c.unit != QUATERNION and not is_command(c.name)]
+    plain = [c for c in columns if c.unit != QUATERNION and not c.is_command]
     speeds = _candidates(plain, "speed", {"v", "vx"})
     rates = _candidates(plain, "rate", {"yaw_rate"}) if with_rate else []
     means = {c.key: grid.mean(c) for c in plain}

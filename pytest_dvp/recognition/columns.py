@@ -10,11 +10,13 @@ import numpy as np
 
 from pytest_dvp.logs.column_names import parse_header
 from pytest_dvp.logs.combined_fields import MARK, combined, yaw_of_quaternion
+from pytest_dvp.logs.command_topics import carries_commands
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import QUATERNION
 from pytest_dvp.logs.mapping_proposal import quaternions_of
-from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.stream import Stream, is_stamp
 from pytest_dvp.logs.units import find_unit
+from pytest_dvp.recognition.words import is_command
 
 FEWEST = 30  # samples, below which a column tells nothing
 _PAIRS = (
@@ -28,7 +30,7 @@ class Column:
     """One field of a file. unit: as the file states it, "" if it does not; "quaternion": the values are its yaw [rad].
     way: how several fields make it, with a + between their names.
 
-    t (n,) [s] and values (n,) in the field's own unit, where it was measured.
+    t (n,) [s] and values (n,) in the field's own unit, where it was measured; asked: its topic is one of commands.
     """
 
     topic: str
@@ -37,10 +39,11 @@ class Column:
     t: FloatArray
     values: FloatArray
     way: str = ""
+    asked: bool = False
 
     @property
     def name(self) -> str:
-        """The field without a unit in its name, with the words of its topic for what the field alone does not say."""
+        """The field without a unit in its name."""
         last = self.field.rpartition(".")[2] if self.topic and self.field.count(".") else self.field
         return parse_header(last).name if self.unit else self.field
 
@@ -48,6 +51,11 @@ class Column:
     def key(self) -> tuple[str, str]:
         """Topic and field."""
         return self.topic, self.field
+
+    @property
+    def is_command(self) -> bool:
+        """Whether its name or its topic says that it was wanted, not measured."""
+        return self.asked or is_command(self.name)
 
 
 def columns_of(streams: Sequence[Stream], clock: str) -> list[Column]:
@@ -62,7 +70,7 @@ def columns_of(streams: Sequence[Stream], clock: str) -> list[Column]:
             x, y, z, w = (stream.fields[part] for part in group)
             found += _column(stream, name, QUATERNION, t, yaw_of_quaternion(x, y, z, w))
         for field, values in stream.fields.items():
-            if field not in parts and field != clock and "stamp." not in field:
+            if field not in parts and field != clock and not is_stamp(field):
                 unit = stream.units.get(field) or parse_header(field.rpartition(".")[2]).unit or ""
                 unit = unit if find_unit(unit) is not None else ""
                 found += _column(stream, field, unit, t, values)
@@ -76,7 +84,7 @@ def _column(stream: Stream, field: str, unit: str, t: FloatArray, values: FloatA
     t, values = t[rising], values[rising]
     if len(t) < FEWEST or float(np.ptp(values)) == 0.0:
         return []
-    return [Column(stream.topic, field, unit, t, values)]
+    return [Column(stream.topic, field, unit, t, values, asked=carries_commands(stream.topic, stream.type))]
 
 
 def pairs_of(columns: Sequence[Column]) -> list[tuple[Column, Column]]:
@@ -102,7 +110,7 @@ def together(way: str, columns: Sequence[Column]) -> Column | None:
     unit = first.unit if all(c.unit == first.unit for c in columns) else ""
     if np.count_nonzero(seen) < FEWEST:
         return None
-    return Column(first.topic, MARK.join(c.field for c in columns), unit, first.t[seen], values[seen], way)
+    return Column(first.topic, MARK.join(c.field for c in columns), unit, first.t[seen], values[seen], way, first.asked)
 
 
 def _exchanged(name: str, first: str, second: str) -> str:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.log_contents import FloatArray
@@ -15,7 +16,7 @@ from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.columns import Column
 from pytest_dvp.recognition.grid import Grid, Match
 from pytest_dvp.recognition.recognised import Recognised
-from pytest_dvp.recognition.words import families, is_command, words_of
+from pytest_dvp.recognition.words import families, words_of
 
 FOLLOWS = 0.6  # correlation of turn rate and steering times speed, from which a named column is the steering
 WIDEST = 1.0  # rad of a road wheel: no steering goes further
@@ -30,13 +31,19 @@ LEAD = 0.05  # s by which a wanted speed comes before the measured one
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Motion:
     """What is known of the car: v (n,) [m/s] and turn (n,) [rad/s] on the grid, None if unknown; wheelbase [m];
-    measured: the columns that these are from."""
+    measured: the columns that these are from; obeyed (n,): where the car follows its commands, None: everywhere."""
 
     grid: Grid
     v: FloatArray | None
     turn: FloatArray | None
     wheelbase: float | None
     measured: tuple[Column, ...] = ()
+    obeyed: NDArray[np.bool_] | None = None
+
+    def mean(self, column: Column) -> FloatArray:
+        """A column (n,) on the grid, in its unit; of a command NaN where somebody else drove."""
+        values = self.grid.mean(column)
+        return values if self.obeyed is None or not column.is_command else np.where(self.obeyed, values, np.nan)
 
     @property
     def along(self) -> FloatArray | None:
@@ -50,10 +57,10 @@ def wishes(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     if motion.v is not None:
         for column in columns:
             said = families(column.name, column.unit)
-            if "speed" not in said and not (is_command(column.name) and not said):
+            if "speed" not in said and not (column.is_command and not said):
                 continue
-            match = motion.grid.match(motion.grid.mean(column), motion.v)
-            asked = is_command(column.name) or (match.lag < -LEAD and match.alike > FOLLOWS)
+            match = motion.grid.match(motion.mean(column), motion.v)
+            asked = column.is_command or (match.lag < -LEAD and match.alike > FOLLOWS)
             if not asked or match.alike < FOLLOWS:
                 continue
             unit, sure = _nearest(match.ratio, (("m/s", 1.0), ("km/h", 3.6)), column.unit)
@@ -64,9 +71,9 @@ def wishes(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     along = motion.along
     if along is not None:
         for column in columns:
-            if not is_command(column.name) or "accel" not in families(column.name, column.unit):
+            if not column.is_command or "accel" not in families(column.name, column.unit):
                 continue
-            match = motion.grid.match(along, motion.grid.mean(column))
+            match = motion.grid.match(along, motion.mean(column))
             if match.alike < FOLLOWS:
                 continue
             unit, sure = _nearest(1.0 / match.ratio, (("m/s^2", 1.0), ("g", 1 / 9.80665)), column.unit)
@@ -90,23 +97,32 @@ def steering(columns: Sequence[Column], motion: Motion, commands: Sequence[Colum
     if motion.v is None or motion.turn is None:
         return []
     found: dict[str, tuple[float, Recognised]] = {}
-    fast = np.where(np.abs(motion.v) > max(0.3, 0.2 * float(np.nanpercentile(np.abs(motion.v), 90))), motion.v, np.nan)
+    fast = moving_speed(motion)
+    assert fast is not None
     for column in columns:
         said = families(column.name, column.unit)
         if column.unit == QUATERNION or (said and "steer" not in said):
             continue
-        values = motion.grid.mean(column)
+        values = motion.mean(column)
         match = motion.grid.match(np.where(np.isfinite(fast), values * fast, np.nan), motion.turn)
         if abs(match.alike) < (FOLLOWS if said else 0.93) or not math.isfinite(match.ratio):
             continue
         apart = not any(_same_stamps(column, other) for other in motion.measured)
-        wanted = is_command(column.name) or (apart and any(_same_stamps(column, other) for other in commands))
+        wanted = column.is_command or (apart and any(_same_stamps(column, other) for other in commands))
         one = _scaled(column, match, wanted, motion.wheelbase)
         name = "steer_cmd" if one.name.startswith("steer_cmd") else "steer"
         rank = abs(match.alike) + 0.1 * (canonical(column.name) == name) + 0.1 * bool(said)
         if name not in found or rank > found[name][0]:
             found[name] = (rank, one)
     return [one for _, one in found.values()]
+
+
+def moving_speed(motion: Motion) -> FloatArray | None:
+    """The speed (n,) [m/s], NaN where the car stands or creeps; None if it is not known."""
+    if motion.v is None:
+        return None
+    least = max(0.3, 0.2 * float(np.nanpercentile(np.abs(motion.v), 90)))
+    return np.where(np.abs(motion.v) > least, motion.v, np.nan)
 
 
 def _same_stamps(a: Column, b: Column) -> bool:
@@ -162,7 +178,7 @@ def _hand_wheel(name: str, column: Column, unit: str, match: Match, gear: float,
 def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     """Throttle and brake by their names; a brake may be a pressure."""
     found: dict[str, Recognised] = {}
-    for column in columns:
+    for column in sorted(columns, key=lambda one: not one.is_command):  # a car may report its pedals as well
         said = set(words_of(column.name))
         if "pedal" not in families(column.name, column.unit) or len(np.unique(column.values)) < 3:
             continue

@@ -16,7 +16,7 @@ from pytest_dvp.logs.mapping import EARTH, LONGITUDE, LONGITUDE_DDMM, QUATERNION
 from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.columns import Column, pairs_of
 from pytest_dvp.recognition.grid import NOTHING, Grid, Match
-from pytest_dvp.recognition.words import families, is_command, words_of
+from pytest_dvp.recognition.words import families, words_of
 
 ALIKE = 0.8  # correlation from which two columns tell one motion: the doctor's figure for accelerations
 SURE = 0.95  # the same for a column whose name says nothing: at constant speed ay and yaw rate are 0.9 alike
@@ -76,7 +76,7 @@ def paths(columns: Sequence[Column], grid: Grid) -> list[Path]:
     found = []
     rates = [means[c.key] for c in columns if "rate" in families(c.name, c.unit)]
     for x, y in pairs_of(columns):
-        if is_command(x.name) or not _position(x, y):
+        if x.is_command or not _position(x, y):
             continue
         others = [values for key, values in means.items() if key not in (x.key, y.key)]
         path = _path(x, y, grid, others, turns)
@@ -112,7 +112,7 @@ def _making_a_speed(
     columns: Sequence[Column], grid: Grid, means: Mapping[tuple[str, str], FloatArray]
 ) -> Iterator[tuple[Column, Column]]:
     """Two columns without telling names whose way over time is another column, in any unit."""
-    plain = [c for c in columns if c.key in means and not families(c.name, c.unit) and not is_command(c.name)]
+    plain = [c for c in columns if c.key in means and not families(c.name, c.unit) and not c.is_command]
     plain = plain[:MOST_UNNAMED]
     changes = {c.key: grid.change(c.t, c.values) for c in plain}
     speeds = {
@@ -237,7 +237,7 @@ def headings(columns: Sequence[Column], path: Path | None, rate: FloatArray | No
     found = []
     for column in columns:
         said = families(column.name, column.unit)
-        if (said and "angle" not in said) or is_command(column.name):
+        if (said and "angle" not in said) or column.is_command:
             continue
         stated = find_unit(column.unit) if column.unit not in ("", QUATERNION) else None
         choices = (
@@ -307,7 +307,7 @@ def best_match(
         said = families(column.name, column.unit)
         if family == "rate" and "angle" in said and not column.unit:
             said = {"rate"}  # `ESP yaw` may be the rate
-        if column.unit == QUATERNION or is_command(column.name) or (said and family not in said):
+        if column.unit == QUATERNION or column.is_command or (said and family not in said):
             continue
         values = grid.mean(column)
         match = grid.match(values if signed else np.abs(values), target)

@@ -34,7 +34,8 @@ from pytest_dvp.recognition.drive_motion import (
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
 from pytest_dvp.recognition.recognised import Recognised, Recognition, otherwise_named
 from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
-from pytest_dvp.recognition.words import Family, families, is_command, words_of
+from pytest_dvp.recognition.who_drives import Mode, driver_of
+from pytest_dvp.recognition.words import Family, families, words_of
 
 G = 9.80665  # m/s^2, CGPM 1901
 FASTEST = 80.0  # m/s, and
@@ -55,17 +56,20 @@ _SPEED, _FORCE, _TURN, _STEER = 0.07, 0.2, 0.15, 0.4
 its roll; a steering ratio or understeer changes the curvature by as much as the last."""
 
 
-def recognise(columns: Sequence[Column], wheelbase: float | None = None) -> Recognition:
-    """The signals of a log by its own redundancy. wheelbase [m]; None: the steering's scale stays open."""
+def recognise(columns: Sequence[Column], wheelbase: float | None = None, modes: Sequence[Mode] = ()) -> Recognition:
+    """The signals of a log by its own redundancy. wheelbase [m]; None: the steering's scale stays open. modes: fields
+    that may tell who drives: commands are held against the motion where the car obeyed them."""
     grid = grid_of(columns)
     if grid is None:
         return Recognition((), ("the drive is too short to tell anything",))
-    return _Search(columns, grid, wheelbase).run()
+    return _Search(columns, grid, wheelbase, modes).run()
 
 
 class _Search:
-    def __init__(self, columns: Sequence[Column], grid: Grid, wheelbase: float | None) -> None:
-        self.columns, self.grid, self.wheelbase = list(columns), grid, wheelbase
+    def __init__(
+        self, columns: Sequence[Column], grid: Grid, wheelbase: float | None, modes: Sequence[Mode]
+    ) -> None:  # fmt: skip
+        self.columns, self.grid, self.wheelbase, self.modes = list(columns), grid, wheelbase, modes
         self.free = list(columns)
         self.taken: dict[str, tuple[Column, Match | None]] = {}
         self.relations: list[Relation] = []
@@ -243,7 +247,7 @@ class _Search:
         wheels = [c for c in self.free if families(c.name, c.unit) == {"wheel"}]
         sides = [(a, b) for a in wheels for b in wheels if _other_side(a.field) == b.field]
         rear = sorted(sides, key=lambda pair: not set(words_of(pair[0].field)) & {"rear", "rl", "r", "back"})
-        parts = [pair for pair in pairs_of(self.free) if not is_command(pair[0].name)]
+        parts = [pair for pair in pairs_of(self.free) if not pair[0].is_command]
         tried = [together("mean of", pair) for pair in rear] + [together("norm of", pair) for pair in parts]
         for column in tried:
             if column is not None:
@@ -412,6 +416,9 @@ class _Search:
             unsure += [] if choices["yaw_rate"].decided else ["yaw_rate"]
         measured = tuple(column for column, _ in self.taken.values())
         motion = Motion(self.grid, v, turn, self.wheelbase, measured)
+        driver = driver_of(self.free, self.modes, motion)
+        if driver is not None:
+            motion = dataclasses.replace(motion, obeyed=driver.obeyed)
         found = wishes(self.free, motion)
         keys = {one.column.key for one in found}
         rest = [c for c in self.free if c.key not in keys]
@@ -421,7 +428,8 @@ class _Search:
             steers = [s if s.column.unit else dataclasses.replace(s, decided=False, rival=doubt) for s in steers]
         found += steers
         keys |= {one.column.key for one in found}
-        return [*found, *pedals([c for c in rest if c.key not in keys], motion)]
+        found += pedals([c for c in rest if c.key not in keys], motion)
+        return [*found, driver.signal] if driver is not None else found
 
 
 def _scale(unit: str) -> float:
@@ -465,7 +473,7 @@ def _is_rate(column: Column, match: Match) -> bool:
 
 def _wanted(column: Column, match: Match) -> bool:
     """True for a speed that comes before the car's: it was asked for."""
-    return is_command(column.name) or match.lag < -0.1
+    return column.is_command or match.lag < -0.1
 
 
 def _other_side(field: str) -> str:

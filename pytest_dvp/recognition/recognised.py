@@ -17,7 +17,7 @@ class Recognised:
     """A column as a signal: SI value = sign * scale * (unit -> SI) / ratio + offset, as in a mapping.
 
     evidence: what the numbers say, one phrase each; decided: they leave no other choice; else `rival` would do as well
-    (a unit, or what would decide).
+    (a unit, or what would decide); when: of a mode, those of its values with which the car obeys.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Recognised:
     evidence: tuple[str, ...] = ()
     decided: bool = True
     rival: str = ""
+    when: tuple[float | str, ...] = ()
 
     @property
     def signal(self) -> SignalMap:
@@ -38,7 +39,7 @@ class Recognised:
         unit = f"{self.column.way} {self.unit}".strip()
         return SignalMap(
             self.name, self.column.topic, self.column.field, unit, scale=self.scale, sign=self.sign,
-            offset=self.offset, ratio=self.ratio, frame=self.frame,
+            offset=self.offset, ratio=self.ratio, frame=self.frame, when=self.when,
         )  # fmt: skip
 
 

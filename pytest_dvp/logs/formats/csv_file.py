@@ -20,13 +20,14 @@ from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import Header, canonical, parse_header
 from pytest_dvp.logs.formats.log_format import LogFormat
-from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.infinite_values import without_infinite
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.plain_rows import named, separated
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.text_times import seconds_of
+from pytest_dvp.logs.texts import Texts, texts_of
 from pytest_dvp.logs.two_part_time import one_time
 from pytest_dvp.logs.units import find_unit
 
@@ -91,7 +92,8 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
     if not table.columns:
         findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
         raise LogError.of(findings.in_order())
-    findings.found.extend(table.findings.found)
+    kept = {f"column {name}" for name in table.texts}  # told with the fields that are not mapped
+    findings.found.extend(f for f in table.findings.found if f.code != "log.text_column" or f.element not in kept)
     fields = {column.header.name: column.values for column in table.columns}
     units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
     clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
@@ -100,7 +102,7 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
     else:
         unit = find_unit(clock.header.unit or "s")
         receive = clock.values * (unit.scale if unit is not None else 1.0)
-    return [Stream("", "", receive, fields, units)]
+    return [Stream("", "", receive, fields, units, texts=table.texts)]
 
 
 _ENDINGS = (".csv", ".txt", ".tsv")
@@ -398,7 +400,13 @@ def _columns(
         matrix = np.loadtxt(
             io.BytesIO(body), delimiter=separator, comments=None, ndmin=2, usecols=range(width), encoding="latin-1"
         )
-        return [RawColumn(headers[i], _finite(table, headers[i], matrix[:, i], lines)) for i in range(width)]
+        return [
+            RawColumn(
+                headers[i],
+                without_infinite(matrix[:, i], table.file, lines, f"column {headers[i].name}", table.findings),
+            )
+            for i in range(width)
+        ]
     except ValueError:
         pass
     return _slowly(table, body, lines, headers, separator)
@@ -419,13 +427,17 @@ def _slowly(
             value = number(cell)
             if value is not None:
                 values[j, i] = value
-                numbers[j] += 1
+                numbers[j] += value == value  # an empty field says nothing of what the column holds
             elif cell.lower() not in EMPTY:
                 bad.setdefault(j, (i, cell))
     result: list[RawColumn] = []
     for j, header in enumerate(headers):
         if j not in bad:
-            result.append(RawColumn(header, _finite(table, header, values[j], lines)))
+            result.append(
+                RawColumn(
+                    header, without_infinite(values[j], table.file, lines, f"column {header.name}", table.findings)
+                )
+            )
             continue
         i, cell = bad[j]
         stamps = seconds_of([row.split(separator)[j] for row in _rows(body)])
@@ -433,6 +445,8 @@ def _slowly(
             result.append(RawColumn(Header(header.text, header.name, "s"), stamps))
             continue
         words_only = numbers[j] == 0 and header.name not in SIGNALS and not cell.startswith("=")
+        if words_only and (texts := _words(body, j, separator)) is not None:
+            table.texts[header.name] = texts
         table.findings.add(
             "log.text_column" if words_only else "value.not_a_number",
             table.file, int(lines[i]), f"column {header.name}",
@@ -445,23 +459,15 @@ def _slowly(
     return result
 
 
+def _words(body: bytes, column: int, separator: str) -> Texts | None:
+    """The words of a column, none for an empty field; None if they are no few short ones."""
+    cells = (row.split(separator)[column].strip() for row in _rows(body))
+    return texts_of(None if cell.lower() in EMPTY else cell for cell in cells)
+
+
 def _rows(body: bytes) -> Iterator[str]:
     """The rows one after the other: all of them as words would take ten times the memory of the file."""
     return (_text(row).rstrip("\n") for row in io.BytesIO(body) if row != b"\n")
-
-
-def _finite(table: Table, header: Header, values: FloatArray, lines: NDArray[np.int64]) -> FloatArray:
-    endless = np.flatnonzero(np.isinf(values))
-    if not len(endless):
-        return np.ascontiguousarray(values)
-    table.findings.add(
-        "value.not_finite", table.file, int(lines[endless[0]]), f"column {header.name}",
-        f"{len(endless)} values are infinite; they count as not measured", found=str(values[endless[0]]),
-        allowed="finite numbers", severity="warning",
-    )  # fmt: skip
-    kept = np.array(values)
-    kept[endless] = np.nan
-    return kept
 
 
 def number(cell: str) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -124,14 +125,15 @@ class _Gathered:
         if self.channel.encoding == "json" and len(message.data) > LONGEST:
             self.too_long += 1
             return
-        self.columns.add(flatten(self._decode(message.data)))
+        words: dict[str, str] = {}
+        self.columns.add(flatten(self._decode(message.data), words=words), words)
         self.came.append(message.log_time)
 
     def stream(self, first: int) -> Stream:
         receive = (np.frombuffer(self.came, dtype=np.uint64) - np.uint64(first)).astype(np.float64) * 1e-9
         channel, units = self.channel, _units(self.channel) if self.channel.encoding == "json" else {}
         si = channel.encoding == "json" and channel.schema.name.startswith("dvp.")
-        return Stream(channel.topic, self._kind, receive, self.columns.arrays(), units, si)
+        return Stream(channel.topic, self._kind, receive, self.columns.arrays(), units, si, self.columns.texts())
 
 
 def _streams(
@@ -190,8 +192,11 @@ def _json_decoder(channel: Channel, path: Path) -> Callable[[bytes | memoryview]
 
     def decoded(content: bytes | memoryview) -> Any:
         try:
-            return decode(content)
-        except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+            try:
+                return decode(content)
+            except msgspec.DecodeError:
+                return json.loads(bytes(content))  # Python's own writer puts NaN for what was not measured
+        except (ValueError, msgspec.MsgspecError) as error:
             raise LogError(f"{path}: {channel.topic}: a message is not JSON: {error}", "log.corrupt") from error
         except RecursionError:
             raise LogError(f"{path}: {channel.topic}: a message is nested too deeply", "log.corrupt") from None

@@ -21,6 +21,7 @@ from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mdf_scan import charge_mdf
 from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.texts import Texts, texts_of
 
 
 def _forget(error: BaseException) -> None:
@@ -56,6 +57,7 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
                 name = _topic(getattr(group.channel_group, "acq_name", ""), index, {one.topic for one in streams})
                 fields: dict[str, FloatArray] = {}
                 units: dict[str, str] = {}
+                texts: dict[str, Texts] = {}
                 time = np.asarray(file.get_master(index), dtype=np.float64)
                 master = file.masters_db.get(index)
                 for number, channel in enumerate(group.channels):
@@ -68,8 +70,10 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
                         fields[channel.name] = _valid(values.astype(np.float64), signal.invalidation_bits)
                         if signal.unit:
                             units[channel.name] = str(signal.unit)
-                if len(time) > 2 and fields:
-                    streams.append(Stream(name, "mdf", time, fields, units))
+                    elif (found := _words(values, signal.invalidation_bits)) is not None:
+                        texts[channel.name] = found
+                if len(time) > 2 and (fields or texts):
+                    streams.append(Stream(name, "mdf", time, fields, units, texts=texts))
     except LogError:
         raise
     except Exception as error:  # asammdf raises many kinds on a damaged file; all mean: not readable
@@ -92,6 +96,15 @@ def _topic(name: str, index: int, taken: Collection[str]) -> str:
 def _valid(values: FloatArray, invalid: Any) -> FloatArray:
     """The values (n,), NaN where the file says by a bit (n,) that a sample does not count."""
     return values if invalid is None else np.where(np.asarray(invalid, dtype=np.bool_), np.nan, values)
+
+
+def _words(values: Any, invalid: Any) -> Texts | None:
+    """The words (n,) of a channel whose conversion gives text, as a table of a DBC does; None for other samples."""
+    if values.ndim != 1 or values.dtype.kind not in "SUO":
+        return None
+    counted = np.ones(len(values), bool) if invalid is None else ~np.asarray(invalid, dtype=np.bool_)
+    told = (v.decode("utf-8", "replace") if isinstance(v, bytes) else v for v in values.tolist())
+    return texts_of(v.strip() if ok and isinstance(v, str) else None for v, ok in zip(told, counted, strict=True))
 
 
 FORMAT = LogFormat(

@@ -103,7 +103,8 @@ def read_bag(
                 if (topic, kind) not in gathered:
                     gathered[topic, kind] = array("q"), Columns(account)
                 came, columns = gathered[topic, kind]
-                columns.add(flatten(_decoded(raw, topic, kind, bag.deserialize, path)))
+                words: dict[str, str] = {}
+                columns.add(flatten(_decoded(raw, topic, kind, bag.deserialize, path), words=words), words)
                 came.append(stamp - first)
     except LogError:
         raise
@@ -113,7 +114,13 @@ def read_bag(
     if not gathered:
         raise LogError(f"{path}: no topic with messages that can be read", "log.foreign")
     return [
-        Stream(topic, kind, np.frombuffer(came, dtype=np.int64).astype(np.float64) * 1e-9, columns.arrays())
+        Stream(
+            topic,
+            kind,
+            np.frombuffer(came, dtype=np.int64).astype(np.float64) * 1e-9,
+            columns.arrays(),
+            texts=columns.texts(),
+        )
         for (topic, kind), (came, columns) in gathered.items()
     ]
 
@@ -162,6 +169,6 @@ def _plain(message: Any) -> Any:
         return {
             field.name: _plain(getattr(message, field.name))
             for field in dataclasses.fields(message)
-            if not field.name.startswith("__")
+            if not str(field.type).startswith("ClassVar")  # a constant of the definition
         }
     return message

@@ -177,3 +177,10 @@ def test_reading_csv_imports_neither_pandas_nor_numba(tmp_path: Path) -> None:
     )
     run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_a_column_of_words_may_have_empty_fields(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text("t [s],v [m/s],mode\n0,1,AUTO\n0.1,2,\n0.2,3,MANUAL\n")
+    log = read_log(tmp_path / "log.csv")
+    assert log.columns["v"].tolist() == [1.0, 2.0, 3.0]
+    assert [f["code"] for f in log.meta["import"]["findings"]] == ["log.text_column"]

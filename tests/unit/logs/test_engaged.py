@@ -153,12 +153,12 @@ def test_a_mode_is_no_answer_and_a_mapping_makes_it_one(by_hand: Columns, tmp_pa
     assert np.array_equal(np.isnan(log.columns["steer_cmd"]), mode == 4.0)
 
 
-@pytest.mark.parametrize("when", ["[]", "1", '["manual"]', "[true]"])
-def test_modes_are_a_list_of_numbers(by_hand: Columns, tmp_path: Path, when: str) -> None:
+@pytest.mark.parametrize("when", ["[]", "1", '[""]', "[true]"])
+def test_modes_are_a_list_of_numbers_or_words(by_hand: Columns, tmp_path: Path, when: str) -> None:
     file = write_csv(tmp_path / "log.csv", {n: c for n, c in by_hand.items() if n != "engaged"})
     mapping = tmp_path / "map.toml"
     mapping.write_text(f'[[signal]]\nname = "engaged"\nfield = "v"\nwhen = {when}\n', encoding="utf-8")
-    with pytest.raises(LogError, match=r"signal\[0\]\.when: found .*, allowed: a list of numbers"):
+    with pytest.raises(LogError, match=r"signal\[0\]\.when: found .*, allowed: a list of numbers or of words"):
         read_log(file, mapping=mapping)
 
 

@@ -150,3 +150,16 @@ def test_what_cannot_be_joined_is_said_in_one_line(
         assert said in line
         assert str(wrong) in line
     assert not (tmp_path / "out.csv").exists()
+
+
+def test_a_mode_in_words_is_kept(tmp_path: Path) -> None:
+    car = written(tmp_path / "car.csv", "t [s],v [m/s]", "0.0,1", "0.1,2", "0.2,3")
+    modes = written(tmp_path / "modes.csv", "t [s],mode,count", "0.0,AUTO,1", '0.2,"MANUAL, by hand",2')
+    out = tmp_path / "drive.csv"
+    assert main(["join", str(car), str(modes), "--out", str(out)]) == 0
+    (stream,) = read_streams(out, Findings())
+    texts = stream.texts["mode"]
+    assert [None if np.isnan(code) else texts.words[int(code)] for code in texts.codes] == [
+        "AUTO", None, "MANUAL  by hand",
+    ]  # fmt: skip
+    assert list(stream.fields) == ["t", "v", "count"]

@@ -11,6 +11,9 @@ from raw_files import FILES, WHEELBASE, Columns, RawFile, csv, headless, truth
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.recognition.columns import columns_of
+from pytest_dvp.recognition.recognise import recognise
 from pytest_dvp.recognition.starting_model import measured_drive, starting_model
 
 CLOSE = 0.12  # of the truth: units are further apart than that; a steering ratio is an estimate
@@ -149,3 +152,21 @@ def test_a_wrong_figure_of_the_car_is_one_line(
     log.write_text("t,v\n0,1\n1,2\n")
     assert main(["map", str(log), option, text]) == 2
     assert f"{option}: found {text!r}, allowed:" in capsys.readouterr().err
+
+
+def test_the_speed_and_turn_rate_that_were_asked_for_are_not_those_of_the_car() -> None:
+    """A planner's twist is smoother, faster and at a higher rate than the odometry."""
+    true = truth()
+    later = np.minimum(np.arange(len(true["t"])) + 15, len(true["t"]) - 1)  # 0.3 s ahead of the car
+    odom = {
+        "pose.x": true["x"], "pose.y": true["y"], "pose.yaw": true["yaw"], "twist.linear.x": true["v"],
+        "twist.angular.z": true["yaw_rate"],
+    }  # fmt: skip
+    asked = {"twist.linear.x": 1.1 * true["v"][later], "twist.angular.z": 1.2 * true["yaw_rate"][later]}
+    streams = [
+        Stream("/cmd_vel", "", true["t"], asked),
+        Stream("/odom", "", true["t"][::2], {field: values[::2] for field, values in odom.items()}),
+    ]
+    found = {one.name: one.column.topic for one in recognise(columns_of(streams, "receive"), WHEELBASE).signals}
+    assert found["yaw_rate"] == found["v"] == "/odom"
+    assert found["speed_cmd"] == "/cmd_vel"
