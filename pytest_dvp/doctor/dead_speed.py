@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 
 from openscenario.findings import Findings
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.unmeasured import unmeasured
 
 LEAST = 0.25  # m/s, below which a dead band is lost in the noise of a speed; chosen
 SUDDEN = 2.5  # times the step to the next sample that a speed jumps from 0 at least; chosen
@@ -60,10 +59,7 @@ def dead_band(log: Log) -> DeadBand | None:
 def without_dead_speed(log: Log) -> Log:
     """The log with such a speed as not measured (NaN) where the car may have rolled; the log itself if it shows all."""
     found = dead_band(log)
-    if found is None:
-        return log
-    v: FloatArray = np.where(found.rows, np.nan, log.columns["v"])
-    return dataclasses.replace(log, columns={**log.columns, "v": v})
+    return log if found is None else unmeasured(log, {"v": found.rows})
 
 
 def check_dead_speed(log: Log, file: str, findings: Findings) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
 from openscenario.findings import Findings
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.unmeasured import unmeasured
 
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 FEWEST = 20  # stretches of equal values that tell a period; chosen
@@ -45,11 +44,7 @@ def repeats_of(log: Log) -> dict[str, NDArray[np.bool_]]:
 
 def without_repeats(log: Log) -> Log:
     """The log with such values as not measured (NaN); the log itself if it has none."""
-    repeats = repeats_of(log)
-    if not repeats:
-        return log
-    columns = {name: np.where(rows, np.nan, log.columns[name]) for name, rows in repeats.items()}
-    return dataclasses.replace(log, columns={**log.columns, **columns})
+    return unmeasured(log, repeats_of(log))
 
 
 def check_repeats(log: Log, file: str, findings: Findings) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from openscenario.findings import Findings
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.unmeasured import unmeasured
 
 LONGEST = 3  # samples of a spike; what lasts longer may be a motion. Chosen
 SPREADS = 15.0  # times the usual deviation of a sample from the line between its neighbours. Chosen: noise has none
@@ -64,11 +64,7 @@ def spikes_of(log: Log) -> dict[str, NDArray[np.bool_]]:
 
 def without_spikes(log: Log) -> Log:
     """The log with spikes as values that were not measured (NaN); the log itself if it has none."""
-    spikes = spikes_of(log)
-    if not spikes:
-        return log
-    columns = {name: np.where(rows, np.nan, log.columns[name]) for name, rows in spikes.items()}
-    return dataclasses.replace(log, columns={**log.columns, **columns})
+    return unmeasured(log, spikes_of(log))
 
 
 def check_spikes(log: Log, file: str, findings: Findings) -> None:

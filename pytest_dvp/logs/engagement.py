@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.unmeasured import unmeasured
 
 ENGAGED = "engaged"
 STACK, DRIVER = 1.0, 0.0  # who drives: the values that the column may have
@@ -33,8 +32,4 @@ def while_engaged(log: Log) -> Log:
 
     What was measured stays: a model that is driven by the measured steering and speed needs no command.
     """
-    others = driven_by_others(log)
-    if not others.any():
-        return log
-    commands = {name: np.where(others, np.nan, c) for name, c in log.columns.items() if asks(name)}
-    return dataclasses.replace(log, columns={**log.columns, **commands})
+    return unmeasured(log, dict.fromkeys(filter(asks, log.columns), driven_by_others(log)))

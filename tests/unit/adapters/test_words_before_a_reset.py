@@ -83,6 +83,18 @@ def real_car(**more: Any) -> tuple[LiveCar, HandEnd]:
     return car, end
 
 
+def standing_car() -> tuple[LiveCar, HandEnd, list[Any]]:
+    """A real car that was put where it stands, and what will be told of its wire."""
+    troubles: list[Any] = []
+    car, end = real_car(record=troubles.append)
+    end.says = lambda: {
+        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
+        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
+    }
+    car.reset(STATE)
+    return car, end, troubles
+
+
 def steer(car: LiveCar) -> float:
     return car._state.steer
 
@@ -180,13 +192,7 @@ def test_hands_that_spoke_before_the_reset_only_are_the_drivers(monkeypatch: pyt
 
 def test_a_receiver_without_a_fix_is_no_fault_and_gives_no_place() -> None:
     """At 10 Hz for 3 s without one: the receiver is not silent, its wire is sound, and the stack gets nothing."""
-    troubles: list[Any] = []
-    car, end = real_car(record=troubles.append)
-    end.says = lambda: {
-        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
-        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
-    }
-    car.reset(STATE)
+    car, end, troubles = standing_car()
     car._health.reset({topics.FIX.name})
     seen = []
     for k in range(60):
@@ -204,13 +210,7 @@ def test_a_receiver_without_a_fix_is_no_fault_and_gives_no_place() -> None:
 
 def test_a_fix_far_from_where_the_car_says_it_is_is_kept_back_and_named() -> None:
     """Of a car in Munich whose map has its origin there: the fix comes out 1,400 km from its pose."""
-    troubles: list[Any] = []
-    car, end = real_car(record=troubles.append)
-    end.says = lambda: {
-        topics.ODOMETRY: convert.state_to_ros(STATE, 0),
-        topics.FEEDBACK: convert.feedback_to_ros(Odometry(0.0, 0.0, 0.0), 0),
-    }
-    car.reset(STATE)
+    car, end, troubles = standing_car()
     car._begin()
     end.kept[topics.ODOMETRY].append(convert.state_to_ros(STATE, 0))
     car._rows()

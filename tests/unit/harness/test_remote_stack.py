@@ -32,11 +32,9 @@ def stack() -> Iterator[RemoteStack]:
         yield stack
 
 
-@pytest.mark.nightly
-def test_twenty_resets_give_the_same_commands_from_one_process(scenario: Write, stack: RemoteStack) -> None:
-    """Without a reset the second drive would go on from where the first one ended."""
-    network = load_network(scenario().parent / "straight.xodr")
-    seen = [
+def along_a_road() -> list[Observation]:
+    """What a car sees that drives straight on at 10 m/s, 12 ticks of 0.05 s."""
+    return [
         Observation(
             0.05 * k,
             gnss=(GnssFix(0.05 * k, 20.0 + 0.5 * k, -1.2, 0.02, 0.0, 0.005),),
@@ -45,6 +43,13 @@ def test_twenty_resets_give_the_same_commands_from_one_process(scenario: Write, 
         )
         for k in range(12)
     ]
+
+
+@pytest.mark.nightly
+def test_twenty_resets_give_the_same_commands_from_one_process(scenario: Write, stack: RemoteStack) -> None:
+    """Without a reset the second drive would go on from where the first one ended."""
+    network = load_network(scenario().parent / "straight.xodr")
+    seen = along_a_road()
     drives, pids = [], set()
     for _ in range(1 + RESETS):
         driver = stack(preset(), network, CAR)
@@ -162,15 +167,7 @@ def test_a_stack_gets_latitude_and_longitude_of_the_map_and_where_that_lies(scen
 def test_a_stack_on_a_map_elsewhere_drives_as_on_any(scenario: Write, stack: RemoteStack) -> None:
     """Fixes that come out elsewhere would have it brake: both ends must know where the map lies."""
     network = load_network(scenario().parent / "straight.xodr")
-    seen = [
-        Observation(
-            0.05 * k,
-            gnss=(GnssFix(0.05 * k, 20.0 + 0.5 * k, -1.2, 0.02, 0.0, 0.005),),
-            odometry=(Odometry(0.05 * k, 10.0, 0.0),),
-            task=Task(set_speed=15.0) if k == 0 else None,
-        )
-        for k in range(12)
-    ]
+    seen = along_a_road()
     drives = []
     for origin in (None, Origin(48.137, 11.575, None)):
         driver = stack(preset(), network, CAR)
