@@ -132,6 +132,9 @@ def _domain(argument: str) -> tuple[int, Origin | None]:
             raise VehicleLost(f"{who}: {unknown[0]} is unknown, allowed: domain, origin")
     domain = given.get("domain")
     if isinstance(domain, bool) or not isinstance(domain, int) or not 0 <= domain <= MOST_DOMAIN:
+        if argument.endswith(".toml"):
+            found = f"found {domain!r}" if "domain" in given else "it is missing"
+            raise VehicleLost(f"{who}: domain: {found}, allowed: a DDS domain, 0 to {MOST_DOMAIN}")
         raise VehicleLost(f"{who}: expected a DDS domain, 0 to {MOST_DOMAIN}, as ros2_car:7")
     return domain, _origin(given, who)
 

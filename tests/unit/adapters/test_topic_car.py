@@ -236,8 +236,9 @@ def test_a_file_says_domain_and_origin(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("domain = 233", "expected a DDS domain, 0 to 232, as ros2_car:7"),
-        ("domain = true", "expected a DDS domain, 0 to 232, as ros2_car:7"),
+        ("domain = 233", "domain: found 233, allowed: a DDS domain, 0 to 232"),
+        ("domain = true", "domain: found True, allowed: a DDS domain, 0 to 232"),
+        ("[origin]\nlatitude = 9\nlongitude = 1", "domain: it is missing, allowed: a DDS domain, 0 to 232"),
         ("domains = 7", "domains is unknown, allowed: domain, origin"),
         ("domain = 7\norigin = 3",
          "origin: found 3, allowed: a table with latitude and longitude, and height, x, y, turn"),
