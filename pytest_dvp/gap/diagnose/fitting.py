@@ -33,6 +33,10 @@ class Fitting(Protocol):
         """The set fitted."""
         ...
 
+    def unseen(self) -> tuple[str, ...]:
+        """Effects of which not even the strongest would have changed anything that is worth a name, by name."""
+        ...
+
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter."""
         ...

@@ -114,7 +114,7 @@ class Search:
         self._given = base.chi2
         if self.within_noise(base):
             self._scan(base, self.tried)
-            return SearchResult(base, {}, self._hidden())
+            return SearchResult(base, {}, self.unseen())
         turns: list[Trial] = []
         best, rivals = self._contest(grown := self._risen(base, turns))
         contested = {frozenset(grown.names)}
@@ -145,14 +145,15 @@ class Search:
             refit=lambda other: self.trial(other.names, other.values, zoom=True, like=other),
         )
         self.target.settle(best.values)
-        return SearchResult(best, rivals, self._hidden())
+        return SearchResult(best, rivals, self.unseen())
 
     def _is_matched(self, base: Trial, best: Trial) -> bool:
         """True if a set of many effects explains nearly all: another order of them leads to much the same."""
         left, was = best.chi2 - self.count, base.chi2 - self.count
         return len(best.names) >= LARGE and left < min(MATCHED_MISFIT * was, MATCHED * self.count)
 
-    def _hidden(self) -> tuple[str, ...]:
+    def unseen(self) -> tuple[str, ...]:
+        """Effects of which not even the strongest would have changed anything that is worth a name, by name."""
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
 
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
@@ -239,9 +240,8 @@ class Search:
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def paying(self, now: Trial, barred: Collection[str] = (), most: int = MOST) -> list[Trial]:
-        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
-        sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
-        if a finer one does far better than the best of them."""
+        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, as a sensor's clock
+        looks like one, and after the others: if none of those pays, or a finer one does far better than the best."""
         if self.within_noise(now):
             return []
         most = most if now.chi2 < max(NEAR * self.count, SHARE * self._given) else FEWER

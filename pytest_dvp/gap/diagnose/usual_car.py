@@ -56,8 +56,10 @@ def is_bare(search: Fitting, now: Trial) -> bool:
 
 def usual_car(search: Fitting) -> Trial:
     """The set of what nearly every car has, and of what the logs show by themselves, fitted, without what is not worth
-    an effect on this one."""
-    names = [name for name in USUAL if name in search.tried]
+    an effect on this one. What no strength of an effect would show in these logs is not fitted: a speed that is given
+    from outside leaves a dozen of these nothing to do, and each of them cost a fit before it was taken out."""
+    unseen = search.unseen()
+    names = [name for name in USUAL if name in search.tried and name not in unseen]
     begin = {c.name: USUAL[name].get(c.key.name, c.key.neutral)
              for name in names for c in search.tried[name].coordinates}  # fmt: skip
     for candidate in search.tried.values():

@@ -85,10 +85,10 @@ def test_beside_a_known_remainder_thirty_percent_in_all_and_twice_the_noise_in_o
     assert search.misfit(a_trial(9000.0))
 
 
-def test_an_effect_that_would_have_shown_by_five_percent_is_not_hidden() -> None:
+def test_an_effect_that_would_have_shown_by_five_percent_is_notunseen() -> None:
     search = a_plain_search()
     search._shown = {"mass": 0.05, "drive_gain": 0.0499, "brake_gain": 0.01}
-    assert search._hidden() == ("brake_gain", "drive_gain")
+    assert search.unseen() == ("brake_gain", "drive_gain")
 
 
 @pytest.mark.parametrize(

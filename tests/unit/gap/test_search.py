@@ -104,7 +104,7 @@ def test_what_a_drive_shows_does_not_depend_on_what_is_looked_at_later() -> None
     assert (found.final.names, found.not_excited) == (("drive_gain",), ())
     s._near.clear()
     s.in_place_of(found.final, "drive_gain")
-    assert s._hidden() == ()
+    assert s.unseen() == ()
 
 
 def test_the_simpler_of_two_that_can_do_the_same_is_named() -> None:

@@ -132,3 +132,19 @@ def test_far_from_the_noise_what_is_usual_needs_to_pay_its_price_only(
     assert search.pays(less, best) is pays  # type: ignore[arg-type]
     less.chi2 = 9.9 * left
     assert not search.pays(less, best)  # type: ignore[arg-type]
+
+
+def test_what_no_strength_would_show_is_not_fitted() -> None:
+    """A speed that is given from outside leaves mass, drive and brakes nothing to do."""
+    search = a_search({"steer_ratio": {"g": 0.85}})
+    search._shown = {"mass": 0.0, "drive_gain": 0.0, "steer_ratio": 40.0}
+    begun: list[tuple[str, ...]] = []
+    fitted = search.trial
+
+    def trial(names: Any, start: Any, **keys: Any) -> Any:
+        begun.append(tuple(names))
+        return fitted((), search.start)
+
+    search.trial = trial  # type: ignore[method-assign]
+    usual_car(search)
+    assert begun[0] == tuple(name for name in USUAL if name not in ("mass", "drive_gain"))
