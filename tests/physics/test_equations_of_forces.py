@@ -193,6 +193,17 @@ def test_tyres_saturate_at_their_share_of_the_load() -> None:
     assert applied(tyre_saturation, bus(**TYRES)).fy_front == 3000.0
 
 
+@pytest.mark.parametrize("brake", [0.0, 6000.0])
+def test_what_tyres_hold_at_most_follows_the_load(brake: float) -> None:
+    """Far beyond their limit both axles hold friction times load. Moments about the contact points of the other axle:
+    load = m (g l + a h)/L, here with a centre of gravity 0.5 m high."""
+    x = bus(vx=20.0, brake=brake, fy_front=1e7, fy_rear=1e7)
+    x = applied(tyre_saturation, applied(axle_load_shift, x, c=0.5 / 2.8), limit=6.0)
+    slows = brake / 1500.0
+    assert x.fy_front == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.6 + slows * 0.5) / 2.8)
+    assert x.fy_rear == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.2 - slows * 0.5) / 2.8)
+
+
 def test_relaxation_is_a_lag_over_the_way() -> None:
     """0.6 m at 6 m/s: 0.1 s. Held forces stay; after a change of steady force the first step shows 1 - share of it."""
     relaxing = Applied(tyre_relaxation, length=0.6)

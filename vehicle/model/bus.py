@@ -86,6 +86,8 @@ class Bus(Protocol):
     fy_rear: Annotated[float, "N", "lateral force of the rear axle"]
     tangent_front: Annotated[float, "N/rad", "slope of fy_front over slip_front"]
     tangent_rear: Annotated[float, "N/rad", "slope of fy_rear over slip_rear"]
+    load_front: Annotated[float, "-", "load of the front axle over its static one, as far as tyre forces follow it"]
+    load_rear: Annotated[float, "-", "the same of the rear axle"]
     yaw_moment: Annotated[float, "N m", "added"]
     turning_inertia: Annotated[float, "kg m^2", "about z"]
     slip_change_front: Annotated[float, "rad", "by which motion alone changed slip_front in the last step"]

@@ -116,6 +116,7 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     """Everything that acts on the car during the step that begins now."""
     x.resistance = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
+    x.load_front = x.load_rear = 1.0
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)

@@ -42,8 +42,8 @@ def left_across(x: Any) -> float:
 def hold_across(x: Any) -> None:
     """Cut the side forces of the axles to what the road holds."""
     left = left_across(x)
-    front = left * x.mass * x.cg_rear / x.wheelbase
-    rear = left * x.mass * x.cg_front / x.wheelbase
+    front = left * x.mass * x.cg_rear / x.wheelbase * x.load_front
+    rear = left * x.mass * x.cg_front / x.wheelbase * x.load_rear
     tf, tr = math.tanh(x.fy_front / front), math.tanh(x.fy_rear / rear)
     x.fy_front, x.fy_rear = front * tf, rear * tr
     x.tangent_front *= 1.0 - tf * tf

@@ -16,7 +16,8 @@ from vehicle.model.shown_by import ACCELERATES, BRAKES, CURVES, STEER, TURN, Sho
     order=25,
     tyres=True,
     physics="braking loads the front axle and frees the rear one, whose tyres then hold less: the car turns in more",
-    equation="C_front = C_0 (1 - c a L/(g l_r)), C_rear = C_0 (1 + c a L/(g l_f)), a: force along over mass",
+    equation="C_front = C_0 (1 - c a L/(g l_r)), C_rear = C_0 (1 + c a L/(g l_f)), what tyres hold at most likewise, "
+    "a: force along over mass",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., sec. 25 (braking in a turn)",
     parameters=(
         Key(
@@ -43,8 +44,8 @@ def axle_load_shift(x: Bus, p: Any, m: Any) -> None:
     shift = p.c * (x.traction - x.brake) / x.mass_ref / GRAVITY * x.wheelbase
     if x.vx < 0.0:
         shift = -shift
-    front = min(max(1.0 - shift / x.cg_rear, 0.2), 1.8)
-    rear = min(max(1.0 + shift / x.cg_front, 0.2), 1.8)
+    x.load_front = front = min(max(1.0 - shift / x.cg_rear, 0.2), 1.8)
+    x.load_rear = rear = min(max(1.0 + shift / x.cg_front, 0.2), 1.8)
     x.fy_front *= front
     x.tangent_front *= front
     x.fy_rear *= rear

@@ -30,8 +30,8 @@ def tyre_saturation(x: Bus, p: Any, m: Any) -> None:
     if p.limit == inf:
         return
     load = x.mass * GRAVITY / x.wheelbase
-    front = p.limit / GRAVITY * load * x.cg_rear
-    rear = p.limit / GRAVITY * load * x.cg_front
+    front = p.limit / GRAVITY * load * x.cg_rear * x.load_front
+    rear = p.limit / GRAVITY * load * x.cg_front * x.load_rear
     tf, tr = tanh(x.fy_front / front), tanh(x.fy_rear / rear)
     x.fy_front, x.fy_rear = front * tf, rear * tr
     x.tangent_front *= 1.0 - tf * tf
