@@ -282,3 +282,30 @@ def test_a_replay_of_a_car_that_coasts_round_slowly_gains_nothing_either(speed: 
     state = np.array([[0.0, 0.0, 0.0, speed, np.nan, np.nan]])
     shown = replay.run(starts=np.array([0]), states=state)
     assert shown[:, 3].max() < 1.02 * speed
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("axle_load_shift", {"c": 0.2}), ("steered_wheel_forces", {"drive": 1.0, "brake": 0.6})],
+)
+def test_forces_of_an_imposed_speed_are_those_that_drive_and_brakes_would_have(
+    name: str, values: dict[str, float]
+) -> None:
+    t = np.arange(0.0, 12.0, 0.02)
+    accel = np.where(t < 6.0, 2.0, -3.0) * np.minimum(np.abs(t - 6.0), 1.0)
+    commands = {"steer_cmd": 0.03 + 0.02 * np.sin(0.8 * t), "accel_cmd": accel, "brake_cmd": 0.0 * t}
+    start = {"starts": np.array([0]), "states": np.array([[0.0, 0.0, 0.0, 8.0, math.nan, math.nan]])}
+    driven = Replay(model("dynamic_bicycle", {name: values}), t, commands).run(**start)  # type: ignore[arg-type]
+    v = {"steer_cmd": commands["steer_cmd"], "v": driven[:, 3]}
+
+    def turning(effects: dict[str, dict[str, float]], **more: float) -> np.ndarray:
+        given = Replay(model("dynamic_bicycle", effects | {k: {"g": x} for k, x in more.items()},
+                             longitudinal=("v",)), t, v)  # fmt: skip
+        return np.asarray(given.run(**start)[:, 4])  # type: ignore[arg-type]
+
+    with_it, without = turning({name: values}), turning({})
+    off = np.abs(without - driven[:, 4]).max()
+    assert np.abs(with_it - driven[:, 4]).max() < 0.05 * off  # its acceleration is a slope over 0.2 s
+    assert off > 0.003
+    # What drive and brakes make of commands says nothing of it.
+    assert turning({name: values}, drive_gain=0.5, brake_gain=0.5) == pytest.approx(with_it, abs=0.0)

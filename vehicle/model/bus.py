@@ -46,7 +46,7 @@ class Bus(Protocol):
     # What drives it: held from one command to the next
     steer_cmd: Annotated[float, "rad", "at the road wheel"]
     steer_slope: Annotated[float, "rad", "change of steer_cmd over the step, nought for a command that is held"]
-    accel_cmd: Annotated[float, "m/s^2", "asked acceleration"]
+    accel_cmd: Annotated[float, "m/s^2", "asked acceleration; that of an imposed speed"]
     throttle_cmd: Annotated[float, "-", "0..1"]
     brake_cmd: Annotated[float, "-", "0..1"]
     speed_cmd: Annotated[float, "m/s", "asked speed; speed_limit cuts it"]

@@ -76,7 +76,7 @@ class Replay:
         if not min(self._steps) > 0.0 or np.diff(self.t).max() / min(self._steps) > MOST_PIECES:
             raise ModelError("step does not suit the stamps", key="step", found=f"{min(self._steps):g} s")
         self._shortest = min(float(np.median(np.diff(self.t))), *self._steps)
-        self._commands, self._slopes = command_table(model.inputs, len(self.t), commands)
+        self._commands, self._slopes = command_table(model.inputs, self.t, commands)
         self._mode = input_mode(model.inputs.longitudinal)
         self._known = {a.name: a.effect for a in model.effects} | {e.name: e for e in extra}
         self._base = {(a.name, k): v for a in model.effects for k, v in a.values.items()}

@@ -159,7 +159,7 @@ def test_a_data_sheet_knows_limits_that_are_finite() -> None:
 
 def test_columns_hold_their_last_value_and_begin_with_their_first() -> None:
     table, slopes = command_table(
-        Inputs(), 5, {"steer_cmd": [math.nan, 0.1, math.nan, 0.3, math.nan], "accel_cmd": [1.0] * 5}
+        Inputs(), np.arange(5.0), {"steer_cmd": [math.nan, 0.1, math.nan, 0.3, math.nan], "accel_cmd": [1.0] * 5}
     )
     assert table[:, 0] == pytest.approx([0.1, 0.1, 0.1, 0.3, 0.3])
     assert table[:, 1] == pytest.approx([1.0] * 5)
@@ -180,21 +180,35 @@ def test_columns_hold_their_last_value_and_begin_with_their_first() -> None:
 def test_each_column_is_a_command_of_its_own(
     longitudinal: tuple[str, ...], columns: dict[str, list[float]], expected: dict[int, float]
 ) -> None:
-    table, _ = command_table(Inputs(longitudinal=longitudinal), 1, {"steer_cmd": [0.1], **columns})
+    table, _ = command_table(Inputs(longitudinal=longitudinal), np.zeros(1), {"steer_cmd": [0.1], **columns})
     assert table[0].tolist() == pytest.approx([0.1, *(expected.get(k, 0.0) for k in range(1, 6))])
 
 
 def test_measured_columns_are_straight_between_stamps() -> None:
     columns = {"steer": [0.0, 0.2, 0.1], "v": [5.0, 7.0, 8.0]}
-    _, slopes = command_table(Inputs(steer="steer", longitudinal=("v",)), 3, columns)
+    _, slopes = command_table(Inputs(steer="steer", longitudinal=("v",)), np.arange(3.0), columns)
     assert slopes == pytest.approx(np.array([[0.2, 2.0], [-0.1, 1.0], [0.0, 0.0]]))
+
+
+def test_the_acceleration_of_an_imposed_speed_is_its_slope_over_a_fifth_of_a_second() -> None:
+    t = np.array([0.0, 0.1, 0.2, 0.3, 5.0, 5.01])  # the last two stand alone
+    v = np.array([0.0, 0.1, 0.4, 0.9, 0.0, 0.02])
+    table, _ = command_table(Inputs(longitudinal=("v",)), t, {"steer_cmd": np.zeros(6), "v": v})
+    lone = [np.polyfit(t[part], v[part], 1)[0] for part in ([2, 3, 4], [3, 4, 5])]  # beside a pause, both neighbours
+    assert table[:, 1] == pytest.approx([1.0, 2.0, 4.0, *lone, 2.0])
+    rng = np.random.default_rng(3)
+    t = np.arange(0.0, 20.0, 0.02)
+    noisy = 5.0 + 0.5 * t + rng.normal(0.0, 0.02, len(t))
+    table, _ = command_table(Inputs(longitudinal=("v",)), t, {"steer_cmd": 0.0 * t, "v": noisy})
+    # The slope of a line through 11 points that are 0.02 s apart: sigma / sqrt(sum of squared distances).
+    assert np.std(table[5:-5, 1] - 0.5) == pytest.approx(0.02 / np.sqrt(110 * 0.02**2), rel=0.1)
 
 
 def test_a_column_without_any_value_is_refused() -> None:
     with pytest.raises(ModelError, match="column has no value"):
-        command_table(Inputs(), 2, {"steer_cmd": [math.nan] * 2, "accel_cmd": [0.0] * 2})
+        command_table(Inputs(), np.arange(2.0), {"steer_cmd": [math.nan] * 2, "accel_cmd": [0.0] * 2})
     with pytest.raises(ModelError, match="another length"):
-        command_table(Inputs(), 2, {"steer_cmd": [0.0] * 3, "accel_cmd": [0.0] * 2})
+        command_table(Inputs(), np.arange(2.0), {"steer_cmd": [0.0] * 3, "accel_cmd": [0.0] * 2})
 
 
 def test_a_normalised_column_has_another_scale() -> None:

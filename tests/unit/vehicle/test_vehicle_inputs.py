@@ -85,6 +85,6 @@ def test_every_scale_that_can_be_fitted_is_a_number_of_the_inputs() -> None:
 
 def test_held_and_measured_columns() -> None:
     columns = {"steer": np.array([0.0, 0.1, 0.3]), "speed_cmd": np.array([1.0, np.nan, 2.0])}
-    table, slopes = command_table(Inputs(steer="steer", longitudinal=("speed_cmd",)), 3, columns)
+    table, slopes = command_table(Inputs(steer="steer", longitudinal=("speed_cmd",)), np.arange(3.0), columns)
     assert slopes[:, 0] == pytest.approx([0.1, 0.2, 0.0])
     assert table[:, 4] == pytest.approx([1.0, 1.0, 2.0])
