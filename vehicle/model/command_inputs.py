@@ -121,7 +121,7 @@ def _smoothed_slope(t: FloatArray, values: FloatArray) -> FloatArray:
             total[:, one] += (sign * apart, sign * change, apart * apart, apart * change)
             ones[one] += near
     spread = ones * total[2] - total[0] * total[0]
-    return np.divide(ones * total[3] - total[0] * total[1], spread, out=np.zeros(count), where=spread > 0.0)
+    return np.asarray(np.divide(ones * total[3] - total[0] * total[1], spread, out=np.zeros(count), where=spread > 0.0))
 
 
 def _column(columns: Mapping[str, npt.ArrayLike], name: str, count: int) -> FloatArray:
