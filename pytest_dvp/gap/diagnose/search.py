@@ -240,7 +240,7 @@ class Search:
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def paying(self, now: Trial, barred: Collection[str] = (), most: int = MOST) -> list[Trial]:
-        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, as a clock's error
+        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, as a late clock
         looks like one, and after the others: if none of those pays, or a finer one does far better than the best."""
         if self.within_noise(now):
             return []
