@@ -75,12 +75,12 @@ def rivals_over_segments(
         most = (1.0 - RIVAL_SHARE) * float((segments(search.without(best, name)) - ahead).sum())
         rivals = []
         for other in search.in_place_of(best, name):
-            if not search.is_rival(best, other, name):
-                continue
+            if not (search.is_rival(best, other, name) and search.is_credible(other, other.names[-1])):
+                continue  # before it is fitted anew on each fold, which takes most of the time
             behind = segments(other)
             close = float((behind - ahead).sum()) < most
             alike = close and search.bootstrap_share(behind, ahead) < MIN_BOOTSTRAP_SHARE
-            if alike and search.is_credible(other, other.names[-1]) and possible(name, other):
+            if alike and possible(name, other):
                 rivals.append(other.names[-1])
         found[name] = tuple(rivals)
     return found
