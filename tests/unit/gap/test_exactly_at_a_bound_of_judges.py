@@ -21,7 +21,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, widen_dead_ti
 from pytest_dvp.gap.diagnose.masked_pairs import promising
 from pytest_dvp.gap.diagnose.run_setup import split_setup
 from pytest_dvp.gap.diagnose.search import Search
-from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _imitated, _Left
+from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _nothing_sure, _Left
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.veto import allowed_loss
 from pytest_dvp.logs.log import Log
@@ -102,9 +102,9 @@ def test_a_gain_on_data_held_out_that_is_just_rounding_says_nothing(gain: float,
 def test_an_interval_that_ends_at_what_the_twin_has_is_not_clear_of_it(low: float, high: float, imitated: bool) -> None:
     estimate = SimpleNamespace(value=1.05, low=low, high=high)
     named: Any = SimpleNamespace(name="drive_gain", parameters={"g": estimate})
-    assert bool(_imitated(named, find_effect("drive_gain"), {}, True)) is imitated
-    assert _imitated(named, find_effect("drive_gain"), {}, False) == []
-    assert bool(_imitated(named, find_effect("drive_gain"), {"g": 1.1}, True)) is (low <= 1.1 <= high)
+    assert bool(_nothing_sure(named, find_effect("drive_gain"), {}, True)) is imitated
+    assert bool(_nothing_sure(named, find_effect("drive_gain"), {}, False)) is imitated
+    assert bool(_nothing_sure(named, find_effect("drive_gain"), {"g": 1.1}, True)) is (low <= 1.1 <= high)
 
 
 @pytest.mark.parametrize(("value", "worth"), [(0.5, True), (0.4999, False), (-0.5, True), (-0.4999, False)])

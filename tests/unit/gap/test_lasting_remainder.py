@@ -10,7 +10,7 @@ from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.lasting_remainder import LastingRemainder, measured_memory, rounded_imitation
 from pytest_dvp.gap.diagnose.least_squares import IMITATED, Coordinate, Fit, widen_imitated
-from pytest_dvp.gap.diagnose.standing import _imitated
+from pytest_dvp.gap.diagnose.standing import _nothing_sure
 from pytest_dvp.logs.log import Log
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.remainder_shape import RemainderShape
@@ -105,8 +105,8 @@ def test_a_value_that_the_remainder_could_be_is_not_confirmed(
     low: float, high: float, given: dict[str, float], doubted: bool
 ) -> None:
     e = NamedEffect("drive_gain", {"g": Estimate(0.5 * (low + high), low, high, "-")})
-    assert bool(_imitated(e, catalogue()["drive_gain"], given, excused=True)) == doubted
-    assert not _imitated(e, catalogue()["drive_gain"], given, excused=False)
+    for excused in (True, False):
+        assert bool(_nothing_sure(e, catalogue()["drive_gain"], given, excused=excused)) == doubted
 
 
 def test_what_is_imitated_is_a_root_mean_square_by_key() -> None:
