@@ -74,6 +74,16 @@ def slope_at(model: FloatArray, measured: FloatArray, k: int) -> tuple[float, fl
     return _dot(a, b) / power if power > 0.0 else float("nan"), off
 
 
+def unlike_at(model: FloatArray, measured: FloatArray, k: int) -> float:
+    """Share of what varies in measured (n,) that a straight line of model (n,) leaves, 0..1, where they overlap if
+    measured is `k` samples late; 1 where either is constant."""
+    n = len(model)
+    a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
+    a, b = a - a.mean(), b - b.mean()
+    power = _dot(a, a) * _dot(b, b)
+    return 1.0 - _dot(a, b) ** 2 / power if power > 0.0 else 1.0
+
+
 def peak(lags: FloatArray, correlation: FloatArray) -> float:
     """Place of the maximum between the samples, by the parabola through the three highest.
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.likeness import Likeness, likeness, peak, slope_at
+from pytest_dvp.logs.likeness import Likeness, likeness, peak
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 
@@ -61,16 +61,16 @@ def on_grid(even: FloatArray, t: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def alike(measured: FloatArray, model: FloatArray, step: float, max_lag: float = MAX_LAG) -> Alike:
-    """Likeness of two signals (n,) sampled every `step` [s]."""
+    """Likeness of two signals (n,) sampled every `step` [s]; lag and gain are those of their overlap (`likeness`)."""
     try:
         found = likeness(model, measured, step, max_lag)
     except Undefined:
         return Alike(None, None, None)
-    best = int(np.argmax(found.correlation))
-    if best in (0, len(found.lags) - 1):
+    usable = np.flatnonzero(np.isfinite(found.overlap))
+    if np.any(found.overlap[[usable[0], usable[-1]]] >= np.nanmax(found.overlap)):
         return Alike(found.mncc, None, None)  # still rising at the end of the search: no lag was found
-    gain, _ = slope_at(model, measured, best - len(found.lags) // 2)
-    return Alike(found.mncc, peak(found.lags, found.correlation), gain if np.isfinite(gain) else None)
+    gain = found.gain if np.isfinite(found.gain) else None
+    return Alike(found.mncc, peak(found.lags, found.overlap), gain)
 
 
 def common_lag(pairs: Sequence[tuple[FloatArray, FloatArray]], step: float, max_lag: float = MAX_LAG) -> float:

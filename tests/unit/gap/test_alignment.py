@@ -45,3 +45,13 @@ def test_common_lag_ignores_slow_drift() -> None:
 
 def test_nothing_that_varies_has_no_lag() -> None:
     assert common_lag([(np.ones(500), np.ones(500))], STEP) == 0.0
+
+
+def test_a_slow_signal_that_is_late_is_not_drawn_to_no_lag() -> None:
+    """A speed that rises and falls over ten seconds: over whole norms a shift loses more than it mends."""
+    t = np.arange(0.0, 40.0, 0.05)
+    speed = 10.0 + 5.0 * np.sin(2.0 * np.pi * t / 11.0) + 0.1 * t
+    late = np.interp(t - 0.4, t, speed)
+    found = alike(late, speed, 0.05)
+    assert found.lag == pytest.approx(0.4, abs=0.01)
+    assert found.gain == pytest.approx(1.0, abs=0.005)

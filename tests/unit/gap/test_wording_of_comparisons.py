@@ -20,7 +20,17 @@ def score(chi2: float, **more: Any) -> SignalScore:
 
 
 def compared(signals: dict[str, SignalScore], where: tuple[Where, ...] = (), **more: Any) -> Any:
+    """A comparison of 8 s, or where a signal has a lag, of 8 s of a pulse at 100 Hz that comes as late as that."""
     wave = np.array([1.0, -1.0] * 4)
+    if any(one.lag for one in signals.values()):
+        t = np.arange(0.0, 8.0, 0.01)
+
+        def pulse(late: float | None) -> Any:
+            return np.exp(-(((t - 4.0 - (late or 0.0)) / 0.5) ** 2))
+
+        measured = {name: pulse(one.lag) for name, one in signals.items()}
+        more = {"t": t, "measured": measured, "modelled": {name: pulse(0.0) for name in signals},
+                "residuals": {name: np.resize(wave, len(t)) for name in signals}, "slid": np.zeros(len(t), bool)} | more
     base = {"model": "M", "signals": signals, "where": where, "residuals": dict.fromkeys(signals, wave),
             "noise": dict.fromkeys(signals, 0.05), "t": np.arange(8.0), "alignment": SimpleNamespace(coverage=1.0),
             "slid": np.zeros(8, bool)}  # fmt: skip
@@ -55,6 +65,15 @@ def test_of_a_log_that_is_judged_in_part_no_more_is_said() -> None:
 )  # fmt: skip
 def test_a_comparison_in_one_sentence(signals: dict[str, SignalScore], text: str) -> None:
     assert words.headline(compared(signals)) == text
+
+
+def test_a_signal_that_a_shift_does_not_mend_is_not_called_late() -> None:
+    """What is too weak ends later, too: a best shift is there, and takes back next to nothing."""
+    one = compared({"v": score(4.0, lag=0.05)})
+    assert words.late(one, "v") == ["it comes 0.05 s later than in the model"]
+    noise = np.random.default_rng(1).normal(0.0, 1.0, len(one.t))
+    noisy = compared({"v": score(4.0, lag=0.05)}, measured={"v": one.measured["v"] + noise})
+    assert words.late(noisy, "v") == []
 
 
 @pytest.mark.parametrize(
