@@ -88,6 +88,7 @@ class Behaviour:
         self._crossing = CrossingRule(parameters, car)
         self._junction = JunctionRule(car)
         self._signals: dict[str, str] = {}
+        self._amber = ""  # id of the signal for whose amber the car stops
         self._obstacle: Obstacle | None = None
         self._obstacle_seen = -math.inf
         self._free_at = -math.inf
@@ -177,7 +178,11 @@ class Behaviour:
         return v * v / (2.0 * max(distance, 0.1))
 
     def _stop_light(self, s: float, v: float, monitor: MapMonitor | None) -> float:
-        """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it."""
+        """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it.
+
+        A stop for amber, once begun, is not given up: until the brake bites it comes to need more than at the onset.
+        """
+        begun, self._amber = self._amber, ""
         if monitor is None or not self._signals:
             return FREE
         for signal in monitor.signals:
@@ -187,7 +192,9 @@ class Behaviour:
             lamps = lit_lamps(self._signals.get(signal.id, "green"))
             if "red" in lamps:  # amber beside it lifts nothing (Vienna Convention on Road Signs 1968, art. 23)
                 return distance
-            if "amber" in lamps and v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0):
+            stops = signal.id == begun or v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0)
+            if "amber" in lamps and stops:
+                self._amber = signal.id
                 return distance
         return FREE
 

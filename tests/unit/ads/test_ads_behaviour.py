@@ -166,6 +166,26 @@ def test_stops_at_a_red_light_and_goes_at_green(stop, go):
     assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
 
 
+@pytest.mark.parametrize(("speed", "left"), [(8.0, 18.0), (13.9, 50.0), (13.9, 54.0), (13.9, 58.0)])
+def test_a_stop_for_amber_is_not_given_up(speed, left):
+    # At 13.9 m/s and 58 m before the line a stop needs 1.7 m/s^2 at the onset, and over 2 by the time the brake bites.
+    network = PlaneMap([(400.0, 0.0)], signal_at=150.0)
+    front = SEDAN.center_x + 0.5 * SEDAN.length
+    onset = []
+
+    def sense(t, car):
+        if not onset and 150.0 - car.x - front < left:
+            onset.append(t)
+        state = "green" if not onset else "amber" if t - onset[0] < 3.0 else "red"
+        return {"signals": (SignalState("lamp", state),)}
+
+    car = Car(SEDAN, 5.0, -1.75, 0.0, speed)
+    task = Task(set_speed=speed, goal=RoadPoint("1", -1, 350.0))
+    log, _ = run([], network, car=car, duration=30.0, task=task, sense=sense)
+    assert 148.5 < log.rows[-1][1] + front < 150.0
+    assert log.v[-1] < 0.05
+
+
 def test_without_perception_it_drives_into_the_obstacle():
     network = PlaneMap([(300.0, 0.0)])
     actors = [parked(70.0)]
