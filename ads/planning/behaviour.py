@@ -115,6 +115,7 @@ class Behaviour:
         if new_reference or self._path is None:
             self._path = navigator.path
             self._overtaking.reset()
+            self._obstacle = self._stop_s = None  # places along the path that there was
         for signal in signals:
             self._signals[signal.id] = signal.state
         self._memory.note(t, estimate.x, estimate.y, detections)

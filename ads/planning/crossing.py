@@ -60,13 +60,17 @@ class CrossingRule:
         placed: list[list[float]],
     ) -> tuple[bool, bool]:  # fmt: skip
         """Whether a crossing is within DECISION_PC_d_max, and whether the car is to stop for it."""
-        self.crossing = crossing = self._next(s, monitor)
+        before, self.crossing = self.crossing, self._next(s, monitor)
+        crossing = self.crossing
         self._yield_speed, self.passing = None, frozenset()
-        if crossing is None:
-            self._stop_s = None
+        if crossing is None or before is None or crossing.s_from != before.s_from:  # another one, or another path
+            self._stop_s, self._him = None, math.inf
+        if crossing is None or before is None or crossing.id != before.id:  # who crosses there does not cross here
+            self._seen = -math.inf
             self._watch = False
             self._across.clear()
             self._crossed.clear()
+        if crossing is None:
             return False, False
         if self._occupied(t, crossing, detections, placed):
             self._seen = t

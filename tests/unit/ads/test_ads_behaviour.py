@@ -122,6 +122,27 @@ def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
     assert log.rows[-1][1] == pytest.approx(45.0, abs=1.0)
 
 
+@pytest.mark.parametrize(("start", "at", "when"), [(0.0, -1.75, 16.0), (0.0, -1.75, 25.0), (18.0, -6.0, 19.0)])
+def test_a_new_goal_changes_nothing_for_who_crosses(start, at, when):
+    # Places along the path are counted anew with it: one that was noted before is somewhere else.
+    walker = Actor("pedestrian", 120.0, at, math.pi / 2, 0.5, 0.5, 0.7 if start else 0.0, start=start, reach=12.0)
+    least = []
+    for goals in ((), (RoadPoint("1", -1, 260.0),)):
+        stack = new_stack(PlaneMap([(400.0, 0.0)], crosswalk_at=120.0), perception=SeeingAll([walker]))
+        left, watch = list(goals), Watch([walker])
+
+        def sense(t, car, left=left, stack=stack):
+            if left and t >= when:
+                stack.navigator.assign(Task(goal=left.pop()))
+            return {}
+
+        goal = Task(goal=RoadPoint("1", -1, 250.0))
+        log = drive(stack, Car(TABBY, 5.0, -1.75, 0.0, 5.0), 40.0, goal, sense, watch)
+        assert not any(trace["net.main.emergency"] for trace in log.traces)
+        least.append(watch.least)
+    assert least[1] > least[0] - 0.5
+
+
 @pytest.mark.nightly
 def test_without_stop_distance_the_crossing_is_not_safe():
     network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
