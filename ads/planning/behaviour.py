@@ -123,6 +123,8 @@ class Behaviour:
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
+        if self._nets.marked("crossing", "stop") and self._crossing.needed < math.inf:
+            needed = max(needed, self._crossing.needed)
         junction_near, junction_taken = self._junction.update(t, s, v, navigator, detections, self._memory)
         pass_by = self._junction.passing | self._overtaking.met | self._crossing.passing
         lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, pass_by)

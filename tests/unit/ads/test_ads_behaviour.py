@@ -114,6 +114,28 @@ def test_stops_for_a_pedestrian_who_stops_before_the_car():
     assert watch.least > 0.5
 
 
+@pytest.mark.parametrize(("speed", "step_off"), [(5.0, 2.0), (8.0, 3.0), (8.0, 5.0), (8.0, 7.0)])
+def test_stops_before_the_crosswalk_for_one_who_steps_off_late(speed, step_off):
+    # Beside a pedestrian who stands at the kerb it comes at half its speed. When it is `step_off` [m] before the
+    # crosswalk he walks, and would meet it: a stop before the crosswalk takes 2 to 5 m/s^2.
+    front = TABBY.center_x + 0.5 * TABBY.length
+    walker = Actor("pedestrian", 87.0, -6.0, math.pi / 2, 0.5, 0.5, 1.4, start=math.inf)
+
+    def sense(t, car):
+        if math.isinf(walker.start) and 85.5 - car.x - front < step_off:
+            walker.start = t
+        return {}
+
+    task = Task(set_speed=speed, goal=RoadPoint("1", -1, 150.0))
+    car = Car(TABBY, 40.0, -1.75, 0.0, speed)
+    log, watch = run([walker], PlaneMap([(300.0, 0.0)], crosswalk_at=87.0), car, 45.0, task, sense)
+    across = walker.start + (6.0 - 1.75 + 0.5 * TABBY.width) / walker.speed  # [s] he is out of the lane
+    assert max(x + front for t, x, *_ in log.rows if t < across) < 85.5
+    assert watch.inverse_ttc < 1.0
+    assert watch.least > 1.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
 def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
     network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
     standing = Actor("pedestrian", 60.0, -1.75, -math.pi / 2, 0.5, 0.6)
