@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from ads_loop import SEDAN, TABBY, Car, drive, new_stack
 from ads_plane import PlaneMap
@@ -227,6 +228,43 @@ def test_a_stop_for_amber_is_not_given_up(speed, left):
     log, _ = run([], network, car=car, duration=30.0, task=task, sense=sense)
     assert 148.5 < log.rows[-1][1] + front < 150.0
     assert log.v[-1] < 0.05
+
+
+def waiting_at_a_light(sets_off):
+    """A drive up to two who stand before a light, red for 25 s, and set off at `sets_off` [s]."""
+    cars = [Actor("vehicle", x, -1.75, 0.0, 4.4, 1.8, 5.0, start=sets_off + k) for k, x in enumerate((96.0, 88.5))]
+
+    def lights(t, car):
+        return {"signals": (SignalState("lamp", "red" if t < 25.0 else "green"),)}
+
+    return run(cars, PlaneMap([(300.0, 0.0)], signal_at=100.0), duration=80.0, sense=lights)
+
+
+def test_does_not_overtake_those_who_wait_at_a_red_light():
+    log, watch = waiting_at_a_light(sets_off=26.0)
+    rear = 88.5 - 2.2 - TABBY.center_x - TABBY.length / 2
+    assert log.rows[480][1] == pytest.approx(rear - 6.0, abs=0.5)
+    assert np.abs(log.column(2) + 1.75).max() < 0.1
+    assert watch.least > 5.0
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_overtakes_one_who_does_not_set_off_at_green_after_a_while():
+    log, watch = waiting_at_a_light(sets_off=math.inf)
+    still = log.column(0) < 35.0  # 10 s of green
+    assert np.abs(log.column(2)[still] + 1.75).max() < 0.1
+    assert watch.least > 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_does_not_overtake_one_who_waits_at_an_occupied_crossing():
+    waits = parked(75.5)  # its front 0.8 m before the crosswalk
+    walkers = [Actor("pedestrian", 80.0, -6.0, math.pi / 2, 0.5, 0.5, 1.4, start=5.0 + 4.0 * k) for k in range(4)]
+    log, watch = run([waits, *walkers], PlaneMap([(300.0, 0.0)], crosswalk_at=80.0), duration=60.0)
+    crossed = walkers[-1].start + (6.0 + 1.75) / 1.4  # [s] the last one is in the other lane's middle
+    assert np.abs(log.column(2)[log.column(0) < crossed] + 1.75).max() < 0.1
+    assert watch.least > 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
 
 
 def test_without_perception_it_drives_into_the_obstacle():
