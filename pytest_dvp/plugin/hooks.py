@@ -243,7 +243,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     if hasattr(config, "workerinput"):
         return
     _campaign_summary(terminalreporter)
-    reports = [report for group in terminalreporter.stats.values() for report in group if getattr(report, "dvp", None)]
+    every = [report for group in terminalreporter.stats.values() for report in group]
+    # Of a test that a plugin reran, the last time counts, as it does for pytest.
+    reports = [one for one in every if getattr(one, "dvp", None) and one.outcome != "rerun"]
     if not reports:
         return
     from pytest_dvp.plugin import session_summary
