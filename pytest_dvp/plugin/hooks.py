@@ -170,7 +170,10 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
-    """A test with `@given` that drives ends with the smallest failure, or with a variant that decided nothing."""
+    """A test with `@given` that drives ends with the smallest failure, or with a variant that decided nothing.
+
+    Raises the Exception of `pytest.fail`, with one line, where there is nothing to search.
+    """
     if "hypothesis" not in sys.modules or "run" not in pyfuncitem.fixturenames:
         return (yield)
     from pytest_dvp.plugin.given_examples import Searched, is_searched
@@ -183,7 +186,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
         with Searched(pyfuncitem).watched():
             return (yield)
     except FuzzError as error:  # one line about the test's own words, and dozens of Hypothesis above it
-        pytest.fail(str(error), pytrace=False)
+        raise pytest.fail.Exception(str(error), pytrace=False) from None
 
 
 @pytest.hookimpl(tryfirst=True)
