@@ -9,6 +9,7 @@ import sys
 import tempfile
 import uuid
 from collections.abc import Generator, Iterator
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -290,7 +291,7 @@ def _campaign_summary(terminalreporter: Any) -> None:
 
 
 def _suit_hypothesis(items: list[pytest.Item]) -> None:
-    """Defaults of Hypothesis that do not suit tests whose examples are runs; what a test sets itself stays.
+    """Defaults of Hypothesis that do not suit tests whose examples are runs; what a test or a profile sets stays.
 
     The deadline of 200 ms is shorter than a run, and the phase "explain" runs ten times more examples than the search.
     """
@@ -305,7 +306,7 @@ def _suit_hypothesis(items: list[pytest.Item]) -> None:
             continue
         chosen = getattr(test, "_hypothesis_internal_use_settings", None) or default
         changed: dict[str, Any] = {}
-        if chosen.deadline == default.deadline:
+        if chosen.deadline == timedelta(milliseconds=200):  # the default of Hypothesis itself
             changed["deadline"] = None
         if chosen.phases == default.phases:
             changed["phases"] = [phase for phase in default.phases if phase is not Phase.explain]
