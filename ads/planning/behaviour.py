@@ -14,7 +14,7 @@ from ads.parameters import Parameters
 from ads.planning.crossing import CrossingRule
 from ads.planning.following import MARGIN, find_lead
 from ads.planning.junction import JunctionRule
-from ads.planning.memory import TrackMemory
+from ads.planning.memory import STANDING, TrackMemory
 from ads.planning.navigator import Navigator
 from ads.planning.nets import NETS
 from ads.planning.overtaking import CREEPS, WAIT_GAP, Neighbour, Obstacle, Overtaking
@@ -24,6 +24,7 @@ from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescript
 
 STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
 PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
+QUEUE_GAP = 10.0  # m at most between one that waits and the next, or the line that it waits at; chosen
 WIDE = 2.2  # m; no car is so wide, a truck or a bus is
 LONG = 10.0  # m, its length until more of it is seen
 MERGE_GAP = 25.0  # m; obstacles closer than this are passed in one go
@@ -88,8 +89,11 @@ class Behaviour:
         self._crossing = CrossingRule(parameters, car)
         self._junction = JunctionRule(car)
         self._signals: dict[str, str] = {}
+        self._amber = ""  # id of the signal for whose amber the car stops
         self._obstacle: Obstacle | None = None
         self._obstacle_seen = -math.inf
+        self._queue_s = math.inf  # where the rear of the last who waits at a line ahead is [m along the path]
+        self._last: int | None = None  # his track, kept until he drives or is an obstacle
         self._free_at = -math.inf
         self._stuck = False
         self._passable_at = -math.inf
@@ -114,6 +118,7 @@ class Behaviour:
         if new_reference or self._path is None:
             self._path = navigator.path
             self._overtaking.reset()
+            self._obstacle = self._stop_s = None  # places along the path that there was
         for signal in signals:
             self._signals[signal.id] = signal.state
         self._memory.note(t, estimate.x, estimate.y, detections)
@@ -121,10 +126,13 @@ class Behaviour:
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
+        if self._nets.marked("crossing", "stop") and self._crossing.needed < math.inf:
+            needed = max(needed, self._crossing.needed)
         junction_near, junction_taken = self._junction.update(t, s, v, navigator, detections, self._memory)
         pass_by = self._junction.passing | self._overtaking.met | self._crossing.passing
         lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, pass_by)
         stop_light = self._stop_light(s, v, monitor)
+        self._note_queue(t, s, detections, placed, stop_light, crossing_stop)
         self._find_obstacle(t, s, detections, placed, monitor)
         self._look_for_another_way(estimate, navigator)
         facts = {
@@ -177,7 +185,11 @@ class Behaviour:
         return v * v / (2.0 * max(distance, 0.1))
 
     def _stop_light(self, s: float, v: float, monitor: MapMonitor | None) -> float:
-        """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it."""
+        """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it.
+
+        A stop for amber, once begun, is not given up: until the brake bites it comes to need more than at the onset.
+        """
+        begun, self._amber = self._amber, ""
         if monitor is None or not self._signals:
             return FREE
         for signal in monitor.signals:
@@ -187,11 +199,50 @@ class Behaviour:
             lamps = lit_lamps(self._signals.get(signal.id, "green"))
             if "red" in lamps:  # amber beside it lifts nothing (Vienna Convention on Road Signs 1968, art. 23)
                 return distance
-            if "amber" in lamps and v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0):
+            stops = signal.id == begun or v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0)
+            if "amber" in lamps and stops:
+                self._amber = signal.id
                 return distance
         return FREE
 
     # overtaking -----------------------------------------------------------------------------------------------------
+
+    def _note_queue(
+        self, t: float, s: float, detections: tuple[Detection, ...], placed: list[list[float]], stop_light: float,
+        crossing_stop: bool,
+    ) -> None:  # fmt: skip
+        """Note who waits in the lane at a light that asks for a stop or at an occupied crossing: no obstacles to pass.
+
+        They are waited for as if they had moved up to now.
+        """
+        last, self._last, self._queue_s = self._last, None, math.inf
+        if self._passing():
+            return
+        half, crossing = 0.5 * self._car.width + MARGIN, self._crossing.crossing
+        lines = [s + self._front + SIGNAL_GAP + stop_light] if stop_light < FREE else []
+        if crossing_stop and crossing is not None:
+            lines.append(crossing.s_from)
+        standing = [
+            (s_to, s_from, detection.track)
+            for (s_from, s_to, l_from, l_to, along, _), detection in zip(placed, detections, strict=True)
+            if detection.kind != "pedestrian" and abs(along) < STANDING
+            and l_from < half and l_to > -half and s_from > s + self._front
+        ]  # fmt: skip
+        for line in lines:
+            reach = line
+            for s_to, s_from, track in sorted(standing, reverse=True):
+                if s_from > line or s_to < reach - QUEUE_GAP:
+                    continue
+                reach = min(reach, s_from)
+                self._memory.waits(t, track)
+                if reach < self._queue_s:
+                    self._queue_s, self._last = reach, track
+        obstacle = None if self._obstacle is None else self._obstacle.track
+        if self._last is not None and self._last == obstacle:
+            self._obstacle = None
+        if self._last is None and last is not None and last != obstacle:
+            self._queue_s = next((s_from for _, s_from, track in standing if track == last), math.inf)
+            self._last = last if self._queue_s < math.inf else None
 
     def _find_obstacle(
         self,
@@ -340,6 +391,8 @@ class Behaviour:
             limits.extend(self._crossing.limits(s, navigator.set_speed, marked("crossing", "stop")))
         if not marked("junction", "clear"):
             limits.extend(self._junction.limits(s, marked("junction", "give_way")))
+        if self._queue_s < math.inf:  # so far that there is a way around the last of them if he does not set off
+            limits.append((self._queue_s - self._front - STUCK_GAP - s, 0.0))
         obstacle = self._obstacle
         if obstacle is not None:
             stuck = self._stuck and s + self._front < obstacle.s_from

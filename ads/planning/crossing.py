@@ -22,7 +22,12 @@ TOWARDS = 0.3  # m/s
 WALKS = 0.8  # m/s; when he leaves the lane is not known of one who is slower
 BEHIND_HIM = 0.6  # s between his leaving the car's way and the car's coming
 SLOWEST = 0.6  # m/s; where the car would have to come slower than this, it stops
-LATE = 2.0  # m/s^2; a stop that needs more is left to the emergency net
+LATE = 2.0  # m/s^2; a stop that needs more is made only for one who would else be met
+LATEST = 5.0  # m/s^2 of a stop before the crosswalk, at most; chosen: a dry road gives 8, a wet one 5 to 6
+LEFT = 0.2  # m between bumper and crosswalk that such a stop leaves; chosen
+BITES = 0.15  # s, besides the car's delay, until an emergency's brake bites
+PASSES = 0.5  # s between our leaving his way and his coming; chosen
+BESIDE = 0.3  # m beside the car at which he has come into its way; chosen
 RUN_UP = 2.5  # m kept to gather speed in while he leaves; who creeps to the crosswalk is slow behind it
 HALTS = 2.5  # m/s^2; a walker stops no harder, so that one about to be out of the way cannot stay in it
 SETS_OFF = 1.4  # m/s^2 of the car when it sets off behind him
@@ -41,12 +46,17 @@ class CrossingRule:
     def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
         self._d_max, self._d_min = parameters.DECISION_PC_d_max, parameters.DECISION_PC_d_min
         self._front = car.center_x + 0.5 * car.length
-        self._half = 0.5 * car.width + SIDE
+        self._rear = 0.5 * car.length - car.center_x
+        self._side = 0.5 * car.width
+        self._half = self._side + SIDE
+        self._bites = car.drive_delay + BITES
         self.crossing: Crossing | None = None
         self._stop_s: float | None = None
         self._yield_speed: float | None = None  # m/s to come behind who crosses, without a stop
+        self.needed = 0.0  # m/s^2 with which the car still stops before the crosswalk; 0: it does not stop there
         self._seen = -math.inf
         self._watch = False
+        self._meets = False  # as it drives, the car would pass neither before nor behind one of those who cross
         self._leaves = -math.inf  # when the last pedestrian leaves the car's way [s]; inf: not known
         self._decided = -math.inf  # when he can stay in it no more [s]
         self._may_stay = True
@@ -60,15 +70,19 @@ class CrossingRule:
         placed: list[list[float]],
     ) -> tuple[bool, bool]:  # fmt: skip
         """Whether a crossing is within DECISION_PC_d_max, and whether the car is to stop for it."""
-        self.crossing = crossing = self._next(s, monitor)
-        self._yield_speed, self.passing = None, frozenset()
-        if crossing is None:
-            self._stop_s = None
+        before, self.crossing = self.crossing, self._next(s, monitor)
+        crossing = self.crossing
+        self._yield_speed, self.passing, self.needed = None, frozenset(), 0.0
+        if crossing is None or before is None or crossing.s_from != before.s_from:  # another one, or another path
+            self._stop_s, self._him = None, math.inf
+        if crossing is None or before is None or crossing.id != before.id:  # who crosses there does not cross here
+            self._seen = -math.inf
             self._watch = False
             self._across.clear()
             self._crossed.clear()
+        if crossing is None:
             return False, False
-        if self._occupied(t, crossing, detections, placed):
+        if self._occupied(t, s, v, crossing, detections, placed):
             self._seen = t
         if t - self._seen >= FREE_FOR:
             self._stop_s = None
@@ -84,6 +98,8 @@ class CrossingRule:
             return True, True
         if self._stop_s is None:
             self._stop_s = self._stop_place(crossing, s, v)
+        if self._stop_s is not None and self._meets:
+            self.needed = self._needed(crossing, s, v)
         return True, self._stop_s is not None
 
     def limits(self, s: float, set_speed: float, stop: bool) -> list[tuple[float, float]]:
@@ -125,7 +141,7 @@ class CrossingRule:
         """Where the rear axle is to stop [m along the path]: DECISION_PC_d_min before the middle of the crossing.
 
         A car that is already nearer stops as soon as comfort allows, the bumper at least EDGE_GAP before the crosswalk.
-        None if it cannot.
+        None if it cannot, or would have to brake firmly and passes before anybody comes.
         """
         wanted = crossing.s_middle - self._d_min
         soonest = s + stopping_distance(v, GENTLE) + REACTION * v
@@ -133,8 +149,13 @@ class CrossingRule:
             return wanted
         last = self._last_place(crossing)
         if last - s < v * v / (2.0 * LATE):
-            return None
+            return last if self._meets and self._needed(crossing, s, v) < LATEST else None
         return min(max(wanted, soonest), last)
+
+    def _needed(self, crossing: Crossing, s: float, v: float) -> float:
+        """Deceleration [m/s^2] of a stop LEFT before the crosswalk, once the brake bites; inf if it is too near."""
+        room = self._last_place(crossing) + EDGE_GAP - LEFT - s - v * self._bites
+        return v * v / (2.0 * room) if room > 0.0 else math.inf
 
     def _last_place(self, crossing: Crossing) -> float:
         """Where the rear axle is when the bumper is EDGE_GAP before the crosswalk [m along the path]."""
@@ -142,14 +163,15 @@ class CrossingRule:
         return crossing.s_middle - min(self._d_min, at_edge)
 
     def _occupied(
-        self, t: float, crossing: Crossing, detections: tuple[Detection, ...], placed: list[list[float]]
-    ) -> bool:
+        self, t: float, s: float, v: float, crossing: Crossing, detections: tuple[Detection, ...],
+        placed: list[list[float]],
+    ) -> bool:  # fmt: skip
         """Whether a pedestrian is in the car's way on the crossing or walks towards it.
 
         Near the crosswalk he may be beside the camera's view and the LiDAR's; he walks on all the same.
         """
         half = self._half
-        self._watch = False
+        self._watch = self._meets = False
         occupied, leaves, decided, him = False, -math.inf, -math.inf, crossing.s_from
         for row, detection in zip(placed, detections, strict=True):
             if detection.kind not in ("pedestrian", "bicycle"):
@@ -172,6 +194,10 @@ class CrossingRule:
                 out = half - SIDE + SIDE_LEAVING
                 way = out + l_to if across < 0.0 else out - l_from  # until he is out on the side he walks to
                 out_at = t + way / abs(across) if abs(across) > WALKS else math.inf
+                comes = max((l_from if middle > 0.0 else -l_to) - self._side - BESIDE, 0.0) / max(towards, TOWARDS)
+                before_him = s_to + self._rear - s < v * max(comes - PASSES, 0.0)
+                behind_him = s_from - self._front - s > v * (out_at - t)
+                self._meets = self._meets or not (before_him or behind_him)
                 leaves, decided = max(leaves, out_at), max(decided, out_at - 0.5 * abs(across) / HALTS)
                 if within:
                     self._crossed.add(track)

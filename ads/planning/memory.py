@@ -61,6 +61,11 @@ class TrackMemory:
             for track in [number for number, known in table.items() if t - known.seen > FORGET]:
                 del table[track]
 
+    def waits(self, t: float, track: int) -> None:
+        """Take a track that waits for something at `t` [s] for one that moved until now."""
+        known = self._known[track]
+        known.moved, known.still_since = True, t
+
     def stood(self, t: float, track: int) -> float:
         """How long a track has stood [s]."""
         return t - self._known[track].still_since

@@ -9,6 +9,7 @@ import sys
 import tempfile
 import uuid
 from collections.abc import Generator, Iterator
+from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -170,7 +171,10 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
-    """A test with `@given` that drives ends with the smallest failure, or with a variant that decided nothing."""
+    """A test with `@given` that drives ends with the smallest failure, or with a variant that decided nothing.
+
+    Raises the Exception of `pytest.fail`, with one line, where there is nothing to search.
+    """
     if "hypothesis" not in sys.modules or "run" not in pyfuncitem.fixturenames:
         return (yield)
     from pytest_dvp.plugin.given_examples import Searched, is_searched
@@ -183,7 +187,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
         with Searched(pyfuncitem).watched():
             return (yield)
     except FuzzError as error:  # one line about the test's own words, and dozens of Hypothesis above it
-        pytest.fail(str(error), pytrace=False)
+        raise pytest.fail.Exception(str(error), pytrace=False) from None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -243,7 +247,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     if hasattr(config, "workerinput"):
         return
     _campaign_summary(terminalreporter)
-    reports = [report for group in terminalreporter.stats.values() for report in group if getattr(report, "dvp", None)]
+    every = [report for group in terminalreporter.stats.values() for report in group]
+    # Of a test that a plugin reran, the last time counts, as it does for pytest.
+    reports = [one for one in every if getattr(one, "dvp", None) and one.outcome != "rerun"]
     if not reports:
         return
     from pytest_dvp.plugin import session_summary
@@ -285,7 +291,7 @@ def _campaign_summary(terminalreporter: Any) -> None:
 
 
 def _suit_hypothesis(items: list[pytest.Item]) -> None:
-    """Defaults of Hypothesis that do not suit tests whose examples are runs; what a test sets itself stays.
+    """Defaults of Hypothesis that do not suit tests whose examples are runs; what a test or a profile sets stays.
 
     The deadline of 200 ms is shorter than a run, and the phase "explain" runs ten times more examples than the search.
     """
@@ -300,7 +306,7 @@ def _suit_hypothesis(items: list[pytest.Item]) -> None:
             continue
         chosen = getattr(test, "_hypothesis_internal_use_settings", None) or default
         changed: dict[str, Any] = {}
-        if chosen.deadline == default.deadline:
+        if chosen.deadline == timedelta(milliseconds=200):  # the default of Hypothesis itself
             changed["deadline"] = None
         if chosen.phases == default.phases:
             changed["phases"] = [phase for phase in default.phases if phase is not Phase.explain]

@@ -195,6 +195,8 @@ def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.Se
     from openscenario.read import read_declarations
     from pytest_dvp.text.spelling import unknown
 
+    if isinstance(only, str):
+        raise FuzzError(f"only: found {only!r}, expected a list of names: only=[{only!r}]")
     declared = {declaration.name: declaration for declaration in read_declarations(path)}
     for name in only or ():
         if name not in declared:

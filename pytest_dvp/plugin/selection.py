@@ -9,9 +9,26 @@ import pytest
 
 def asked_stage(stage: str, config: pytest.Config) -> bool:
     """Whether `-m`, `-k` or a node id names a stage: what takes a car, if only a surrogate, is not run unasked."""
-    words = f"{config.option.markexpr} {config.option.keyword}"
-    named = any(f"::{stage}" in argument for argument in config.args)
-    return named or re.search(rf"(?<!\bnot )\b{stage}\b", words) is not None
+    named = any(re.search(rf"::{stage}\b", argument) for argument in config.args)
+    return named or _wants(config.option.markexpr, stage) or _wants(config.option.keyword, stage)
+
+
+def _wants(expression: str, stage: str) -> bool:
+    """Whether an expression of `-m` or `-k` names a stage that it wants: under no `not`, or under two."""
+    unwanted, negated = [False], False  # of each open parenthesis; by a `not` right before
+    for word in re.findall(r"[()]|[^\s()]+", expression or ""):
+        here = unwanted[-1] != negated
+        if word == "not":
+            negated = not negated
+            continue
+        if word == "(":
+            unwanted.append(here)
+        elif word == ")":
+            unwanted[1:] = unwanted[1:-1]
+        elif not here and re.search(rf"\b{stage}\b", word):
+            return True
+        negated = False
+    return False
 
 
 def explicit_arguments(config: pytest.Config) -> bool:

@@ -121,6 +121,48 @@ def pytest_runtest_protocol(item, nextitem):
     assert len(set(names)) == len(names)
 
 
+RERUN = """
+from _pytest.runner import runtestprotocol
+
+
+def pytest_runtest_protocol(item, nextitem):  # as pytest-rerunfailures has it
+    for again in (False, True):
+        reports = runtestprotocol(item, nextitem=nextitem, log=False)
+        for report in reports:
+            if report.failed and not again:
+                report.outcome = "rerun"
+            item.ihook.pytest_runtest_logreport(report=report)
+            if report.outcome == "rerun":
+                break
+        else:
+            break
+        item._initrequest()
+    return True
+
+
+def pytest_report_teststatus(report):
+    return ("rerun", "R", "RERUN") if report.outcome == "rerun" else None
+"""
+
+
+def test_a_failure_that_a_rerun_passed_is_not_the_verdict(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    project.makeconftest((project.path / "conftest.py").read_text() + RERUN)
+    project.makepyfile("""
+        import itertools
+
+        scenarios = itertools.chain(["bad.xosc"], itertools.repeat("good.xosc"))
+
+        def test_flaky(run, gate):
+            gate(run(next(scenarios)))
+    """)
+    result = project.runpytest_inprocess("test_a_failure_that_a_rerun_passed_is_not_the_verdict.py")
+    result.stdout.fnmatch_lines(["1 run, 1 gate: 1 PASS", "PASS *good*", "*1 passed, 1 rerun*"])
+    result.stdout.no_fnmatch_line("*::error*")
+
+
 def test_a_stroke_in_the_value_of_a_parameter_is_no_folder(project: pytest.Pytester) -> None:
     project.makepyfile(
         test_it="""

@@ -213,22 +213,30 @@ def test_a_misspelt_scenario_of_a_test_is_told_with_the_nearest_and_where_it_was
     assert f"no scenario crosing.xosc; looked in {pytester.path}; did you mean 'crossing.xosc'?" in said
 
 
-def test_a_misspelt_parameter_of_a_search_is_one_line(pytester: pytest.Pytester) -> None:
+@pytest.mark.parametrize(
+    ("only", "told"),
+    [
+        ('["oncoming_sped"]', "x.xosc: unknown parameter 'oncoming_sped'"),
+        ('"ego_speed"', "only: found 'ego_speed', expected a list of names: only=['ego_speed']"),
+    ],
+)
+def test_a_wrong_parameter_of_a_search_is_one_line(pytester: pytest.Pytester, only: str, told: str) -> None:
     """Without the frames of Hypothesis, which validates the strategy before the test begins."""
     write_scenario(pytester.path, "x.xosc")
     pytester.makepyfile(
-        """
+        f"""
         from hypothesis import given
         from pytest_dvp import scenario_variants
 
 
-        @given(variant=scenario_variants("x.xosc", only=["oncoming_sped"]))
+        @given(variant=scenario_variants("x.xosc", only={only}))
         def test_search(run, variant):
             run(variant)
         """
     )
     said = pytester.runpytest_inprocess("-q", "-p", "no:cacheprovider").stdout.str()
-    assert "x.xosc: unknown parameter 'oncoming_sped'" in said
+    assert told in said
+    assert "another exception" not in said
     assert "hypothesis/" not in said
 
 

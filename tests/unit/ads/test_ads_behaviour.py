@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from ads_loop import SEDAN, TABBY, Car, drive, new_stack
 from ads_plane import PlaneMap
@@ -114,12 +115,55 @@ def test_stops_for_a_pedestrian_who_stops_before_the_car():
     assert watch.least > 0.5
 
 
+@pytest.mark.parametrize(("speed", "step_off"), [(5.0, 2.0), (8.0, 3.0), (8.0, 5.0), (8.0, 7.0)])
+def test_stops_before_the_crosswalk_for_one_who_steps_off_late(speed, step_off):
+    # Beside a pedestrian who stands at the kerb it comes at half its speed. When it is `step_off` [m] before the
+    # crosswalk he walks, and would meet it: a stop before the crosswalk takes 2 to 5 m/s^2.
+    front = TABBY.center_x + 0.5 * TABBY.length
+    walker = Actor("pedestrian", 87.0, -6.0, math.pi / 2, 0.5, 0.5, 1.4, start=math.inf)
+
+    def sense(t, car):
+        if math.isinf(walker.start) and 85.5 - car.x - front < step_off:
+            walker.start = t
+        return {}
+
+    task = Task(set_speed=speed, goal=RoadPoint("1", -1, 150.0))
+    car = Car(TABBY, 40.0, -1.75, 0.0, speed)
+    log, watch = run([walker], PlaneMap([(300.0, 0.0)], crosswalk_at=87.0), car, 45.0, task, sense)
+    across = walker.start + (6.0 - 1.75 + 0.5 * TABBY.width) / walker.speed  # [s] he is out of the lane
+    assert max(x + front for t, x, *_ in log.rows if t < across) < 85.5
+    assert watch.inverse_ttc < 1.0
+    assert watch.least > 1.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
 def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
     network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
     standing = Actor("pedestrian", 60.0, -1.75, -math.pi / 2, 0.5, 0.6)
     log, _ = run([standing], network, duration=30.0)
     assert log.v[-1] == 0.0
     assert log.rows[-1][1] == pytest.approx(45.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("start", "at", "when"), [(0.0, -1.75, 16.0), (0.0, -1.75, 25.0), (18.0, -6.0, 19.0)])
+def test_a_new_goal_changes_nothing_for_who_crosses(start, at, when):
+    # Places along the path are counted anew with it: one that was noted before is somewhere else.
+    walker = Actor("pedestrian", 120.0, at, math.pi / 2, 0.5, 0.5, 0.7 if start else 0.0, start=start, reach=12.0)
+    least = []
+    for goals in ((), (RoadPoint("1", -1, 260.0),)):
+        stack = new_stack(PlaneMap([(400.0, 0.0)], crosswalk_at=120.0), perception=SeeingAll([walker]))
+        left, watch = list(goals), Watch([walker])
+
+        def sense(t, car, left=left, stack=stack):
+            if left and t >= when:
+                stack.navigator.assign(Task(goal=left.pop()))
+            return {}
+
+        goal = Task(goal=RoadPoint("1", -1, 250.0))
+        log = drive(stack, Car(TABBY, 5.0, -1.75, 0.0, 5.0), 40.0, goal, sense, watch)
+        assert not any(trace["net.main.emergency"] for trace in log.traces)
+        least.append(watch.least)
+    assert least[1] > least[0] - 0.5
 
 
 @pytest.mark.nightly
@@ -163,6 +207,63 @@ def test_stops_at_a_red_light_and_goes_at_green(stop, go):
     waiting = log.rows[480]
     assert waiting[3] == 0.0
     assert waiting[1] + TABBY.center_x + TABBY.length / 2 == pytest.approx(59.0, abs=0.8)
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("speed", "left"), [(8.0, 18.0), (13.9, 50.0), (13.9, 54.0), (13.9, 58.0)])
+def test_a_stop_for_amber_is_not_given_up(speed, left):
+    # At 13.9 m/s and 58 m before the line a stop needs 1.7 m/s^2 at the onset, and over 2 by the time the brake bites.
+    network = PlaneMap([(400.0, 0.0)], signal_at=150.0)
+    front = SEDAN.center_x + 0.5 * SEDAN.length
+    onset = []
+
+    def sense(t, car):
+        if not onset and 150.0 - car.x - front < left:
+            onset.append(t)
+        state = "green" if not onset else "amber" if t - onset[0] < 3.0 else "red"
+        return {"signals": (SignalState("lamp", state),)}
+
+    car = Car(SEDAN, 5.0, -1.75, 0.0, speed)
+    task = Task(set_speed=speed, goal=RoadPoint("1", -1, 350.0))
+    log, _ = run([], network, car=car, duration=30.0, task=task, sense=sense)
+    assert 148.5 < log.rows[-1][1] + front < 150.0
+    assert log.v[-1] < 0.05
+
+
+def waiting_at_a_light(sets_off):
+    """A drive up to two who stand before a light, red for 25 s, and set off at `sets_off` [s]."""
+    cars = [Actor("vehicle", x, -1.75, 0.0, 4.4, 1.8, 5.0, start=sets_off + k) for k, x in enumerate((96.0, 88.5))]
+
+    def lights(t, car):
+        return {"signals": (SignalState("lamp", "red" if t < 25.0 else "green"),)}
+
+    return run(cars, PlaneMap([(300.0, 0.0)], signal_at=100.0), duration=80.0, sense=lights)
+
+
+def test_does_not_overtake_those_who_wait_at_a_red_light():
+    log, watch = waiting_at_a_light(sets_off=26.0)
+    rear = 88.5 - 2.2 - TABBY.center_x - TABBY.length / 2
+    assert log.rows[480][1] == pytest.approx(rear - 6.0, abs=0.5)
+    assert np.abs(log.column(2) + 1.75).max() < 0.1
+    assert watch.least > 5.0
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_overtakes_one_who_does_not_set_off_at_green_after_a_while():
+    log, watch = waiting_at_a_light(sets_off=math.inf)
+    still = log.column(0) < 35.0  # 10 s of green
+    assert np.abs(log.column(2)[still] + 1.75).max() < 0.1
+    assert watch.least > 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_does_not_overtake_one_who_waits_at_an_occupied_crossing():
+    waits = parked(75.5)  # its front 0.8 m before the crosswalk
+    walkers = [Actor("pedestrian", 80.0, -6.0, math.pi / 2, 0.5, 0.5, 1.4, start=5.0 + 4.0 * k) for k in range(4)]
+    log, watch = run([waits, *walkers], PlaneMap([(300.0, 0.0)], crosswalk_at=80.0), duration=60.0)
+    crossed = walkers[-1].start + (6.0 + 1.75) / 1.4  # [s] the last one is in the other lane's middle
+    assert np.abs(log.column(2)[log.column(0) < crossed] + 1.75).max() < 0.1
+    assert watch.least > 0.5
     assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
 
 

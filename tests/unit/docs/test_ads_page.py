@@ -6,10 +6,16 @@ import re
 import tomllib
 from pathlib import Path
 
-from scripts.ads_report import PAGE, SECTIONS, kept, section
+from ads.planning.nets import NETS
+from scripts.ads_report import PAGE, SECTIONS, TEXT, kept, section
 
 FAULTS = Path(__file__).parents[2] / "faults" / "faults.toml"
 MET = {"name": "a|b", "found": "1 m", "goal": "<= 2 m", "met": True}
+
+
+def test_the_text_that_the_report_begins_with_is_that_of_the_page() -> None:
+    text = TEXT.read_text(encoding="utf-8").format(nets=", ".join(net.name for net in NETS))
+    assert PAGE.read_text(encoding="utf-8").partition("\n<!-- ")[0] == text
 
 
 def test_every_fault_is_on_the_page_and_no_other() -> None:

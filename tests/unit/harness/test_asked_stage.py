@@ -18,6 +18,10 @@ from pytest_dvp.plugin.selection import asked_stage
         ("not rw", False),
         ("pe and not rw", False),
         ("not dt and rw", True),
+        ("not (pe or rw)", False),
+        ("not (rw and slow) and not pe", False),
+        ("not (dt or (pe and not rw))", True),
+        ("(dt or rw) and not slow", True),
         ("", False),
     ],
 )  # fmt: skip
@@ -26,6 +30,9 @@ def test_who_excludes_a_stage_does_not_ask_for_it(marks: str, asked: bool) -> No
     assert asked_stage("rw", config) is asked
 
 
-def test_a_node_id_asks() -> None:
-    config: Any = SimpleNamespace(option=SimpleNamespace(markexpr="", keyword=""), args=["a.xosc::rw"])
-    assert asked_stage("rw", config)
+@pytest.mark.parametrize(
+    ("id", "asked"), [("a.xosc::rw", True), ("a.xosc::rw-surrogate", True), ("drive_a.py::rwanda", False)]
+)
+def test_a_node_id_asks(id: str, asked: bool) -> None:
+    config: Any = SimpleNamespace(option=SimpleNamespace(markexpr="", keyword=""), args=[id])
+    assert asked_stage("rw", config) is asked
