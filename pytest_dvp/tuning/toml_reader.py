@@ -183,7 +183,7 @@ class Reader:
         name = self.metric(entry, kind)
         if "target" not in entry and not best_at_0(name, kind):
             self.fail(name, f"{name}: without a target it is brought to 0, where it is not best; expected target = ...")
-        return Term(name, scale, weight, target)
+        return Term(name, scale, weight, target, above=name == "log10.chi2_per_n")  # as in the terms that ship
 
     def metric(self, entry: Mapping[str, Any], kind: Kind) -> str:
         """The metric that an entry names. Raises TuneError if the kind of study has no such metric."""

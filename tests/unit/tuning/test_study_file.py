@@ -145,6 +145,15 @@ def test_what_is_best_at_0_needs_no_target(tmp_path: Path, name: str) -> None:
     assert read_study(written(tmp_path, text)).objective.metrics == (name,)
 
 
+def test_an_error_below_the_noise_is_no_better_and_no_worse_than_the_noise(tmp_path: Path) -> None:
+    """A term of one's own counts as the one that ships: whoever tunes for less, or back up to 0, fits noise."""
+    (tmp_path / "a.mcap").write_bytes(b"")
+    text = SOUND.replace('"performance"', '"alignment"').replace("seeds = [7, 8]", 'logs = ["a.mcap"]')
+    text = text.replace('"P.LQR_q11" = [20, 30]\n', "") + '[[term]]\nmetric = "log10.chi2_per_n"\n'
+    (term,) = read_study(written(tmp_path, text)).objective.terms
+    assert [term.cost(value) for value in (-0.3, 0.0, 0.3)] == [0.0, 0.0, 0.3]
+
+
 def test_plan_of_the_paper_learns_nothing_from_its_judges() -> None:
     plan = read_plan(shipped("mcrpg/paper.toml"))
     drives = {(v.title, seed) for v in plan.variants for seed in plan.seeds}
