@@ -132,9 +132,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
            manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
-    from pytest_dvp.gap.manoeuvres.advice import between
+    from pytest_dvp.gap.manoeuvres.advice import between, showing
     from pytest_dvp.gap.manoeuvres.choice import PlanError, candidates_by_name
-    from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
 
     for option, text in (("--between", arguments.between), ("--excite", arguments.excite)):
         try:
@@ -147,7 +146,7 @@ def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelop
     if arguments.between:
         choices += (between(_names(arguments.between), logs, model, envelope, effects=effects, manoeuvres=manoeuvres),)
     if arguments.excite:
-        choices += excite(model, _names(arguments.excite), None, envelope, effects=effects, manoeuvres=manoeuvres)
+        choices += showing(_names(arguments.excite), logs, model, envelope, effects=effects, manoeuvres=manoeuvres)
     return choices
 
 
