@@ -64,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print and write the manoeuvre to drive next. Returns 0.
 
-    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, `--out` is empty, or held-out logs
-    are given where nothing is diagnosed.
+    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, `--out` is empty, held-out logs
+    are given where nothing is diagnosed, or no command moves the model.
     """
     for text in [*arguments.logs, *arguments.held_out]:
         existing_log(text)
@@ -97,6 +97,9 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.drive or arguments.between or arguments.excite:
             from pytest_dvp.gap.manoeuvres.choice import as_named
 
+            about = _names(f"{arguments.between or ''},{arguments.excite or ''}")
+            if model.drives_nothing and "speed_controller" not in about:
+                raise WrongArgument(f"{arguments.model}: {model.drives_nothing}")
             named = as_named(driven, model, envelope) if arguments.drive else ()
             found, choices = None, named + _asked(arguments, model, envelope, effects, manoeuvres)
         else:
