@@ -64,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Print and write the manoeuvre to drive next. Returns 0.
 
-    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, `--out` is empty, or held-out logs
-    are given where nothing is diagnosed.
+    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, `--out` is empty, held-out logs
+    are given where nothing is diagnosed, or no command moves the model.
     """
     for text in [*arguments.logs, *arguments.held_out]:
         existing_log(text)
@@ -97,6 +97,9 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.drive or arguments.between or arguments.excite:
             from pytest_dvp.gap.manoeuvres.choice import as_named
 
+            about = _names(f"{arguments.between or ''},{arguments.excite or ''}")
+            if model.drives_nothing and "speed_controller" not in about:
+                raise WrongArgument(f"{arguments.model}: {model.drives_nothing}")
             named = as_named(driven, model, envelope) if arguments.drive else ()
             found, choices = None, named + _asked(arguments, model, envelope, effects, manoeuvres)
         else:
@@ -132,9 +135,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
            manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
-    from pytest_dvp.gap.manoeuvres.advice import between
+    from pytest_dvp.gap.manoeuvres.advice import between, showing
     from pytest_dvp.gap.manoeuvres.choice import PlanError, candidates_by_name
-    from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
 
     for option, text in (("--between", arguments.between), ("--excite", arguments.excite)):
         try:
@@ -147,7 +149,7 @@ def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelop
     if arguments.between:
         choices += (between(_names(arguments.between), logs, model, envelope, effects=effects, manoeuvres=manoeuvres),)
     if arguments.excite:
-        choices += excite(model, _names(arguments.excite), None, envelope, effects=effects, manoeuvres=manoeuvres)
+        choices += showing(_names(arguments.excite), logs, model, envelope, effects=effects, manoeuvres=manoeuvres)
     return choices
 
 

@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Search parameters and write the best. Returns 0 if the best point keeps every declared bound, else 1.
 
-    Raises SettingError for an unknown search, and for a budget or seed that is too small.
+    Raises SettingError for an unknown search, and for a budget or seed that is too small; LogError for a log that
+    `dvp doctor` finds errors in.
     """
     path = existing(arguments.study, "study")
     check_workers(arguments)
@@ -64,6 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.search is not None and arguments.search not in search_names():
         raise SettingError(f"--search: {unknown('search', arguments.search, search_names())}")
     study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
+    _examine(study.logs)
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
     model = out / BEST_MODEL
     with progress("dvp tune", "tuning") as tick, workers(arguments, tick) as worked:
@@ -77,6 +79,15 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print(table(found))
     return 0 if found.best.score.allowed else 1
+
+
+def _examine(logs: Sequence[Path]) -> None:
+    """Print the doctor's warnings about the logs of an alignment. Raises LogError for one with an error: the twin would
+    be bent to explain it."""
+    from pytest_dvp.doctor import print_findings, read_checked_log
+
+    for log in logs:
+        print_findings(read_checked_log(str(log))[1])
 
 
 def folder_of(text: str | None, name: str) -> Path:

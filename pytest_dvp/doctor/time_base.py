@@ -17,6 +17,7 @@ FASTEST = 20_000.0  # Hz: above, the stamps are in another unit
 USUAL = (1e-3, 0.5)  # [s] between rows: milliseconds for seconds, or the reverse, are never in between; chosen
 JITTER = 0.04  # share of the sample interval: standard deviation that bends a derivative by as much
 GAP = 2.5  # sample intervals
+PAUSE = 86400.0  # [s] between two rows of one log: a day, chosen; after a longer one the stamps are of another clock
 PARTED = 0.5  # share of the time without rows: no one recording any more
 OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
 RETURN = 30.0  # [s] within which a position that jumped away must come back; then
@@ -60,6 +61,14 @@ def check_rate(log: Log, file: str, line: int | None, findings: Findings) -> boo
     median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     ratio = _travel_ratio(log, median)
     slow, fast = median > 1.0 / SLOWEST, 0 < median < 1.0 / FASTEST
+    longest = int(np.argmax(steps))
+    if steps[longest] > PAUSE and not slow:
+        findings.add(
+            "log.gap", file, line, "column t",
+            f"the stamps leap by {steps[longest]:.6g} s at t = {log.t[longest]:.6g} s: no drive pauses so long",
+            allowed=f"{PAUSE:g} s", hint="rows that another clock stamped, or none (0): leave them out, LOG@FROM:TO",
+        )  # fmt: skip
+        return False
     # At a usual rate a ratio is one of v or of x and y: check_speed tells it.
     if not (slow or fast or (ratio > 100.0 and median >= USUAL[1]) or (0.0 < ratio < 0.01 and median <= USUAL[0])):
         return True

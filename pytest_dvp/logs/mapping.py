@@ -196,6 +196,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
     """
     parts: list[tuple[SignalMap, FloatArray, FloatArray]] = []
     checked: set[tuple[str, str]] = set()
+    told: set[str] = set()
     streams = _on_one_clock(streams, mapping, file, findings)
     for signal in mapping.signals:
         stream = stream_of(streams, signal, mapping, file)
@@ -207,8 +208,8 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
             checked.add((stream.topic, signal.time))
             # The recorder's clock too: what was set back between two messages may be seen in one of them only.
             check_stamps(t if np.any(np.diff(t) < 0) else stream.receive, stream, file, findings)
-        if (timeless := int(np.count_nonzero(~np.isfinite(t)))) and (stream.topic, "") not in checked:
-            checked.add((stream.topic, ""))
+        if (timeless := int(np.count_nonzero(~np.isfinite(t)))) and stream.topic not in told:
+            told.add(stream.topic)
             findings.add("log.time_missing", file, None, stream.topic, f"{timeless} rows have no time and are left out",
                          severity="warning")  # fmt: skip
         kept = _first_of_equal(t)

@@ -16,6 +16,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.texts import LONGEST, Coder, Texts
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
+UNSET = 2.0  # s, by which 0 is no time of the sender's clock; chosen as APART of the clocks of two topics
 _WHOLE_STAMPS = ("header.timestampSec", "header.timestamp_sec")  # [s], of Apollo's common.Header
 
 
@@ -46,17 +47,26 @@ class Stream:
 
     @property
     def header(self) -> FloatArray | None:
-        """The stamps in the messages' headers [s], None if they have none. Shape (n,), one a message."""
+        """The stamps in the messages' headers [s], None if they have none. Shape (n,), one a message; NaN where one was
+        not set, as before a simulator's first /clock: it is 0, and a clock that the others are of was not."""
         for prefix in ("header.stamp", "stamp", "timestamp"):
             for low in ("nanosec", "nsec", "nsecs"):
                 whole = next((f"{prefix}.{name}" for name in ("sec", "secs") if f"{prefix}.{name}" in self.fields), "")
                 if whole and f"{prefix}.{low}" in self.fields:
                     stamps = self.fields[whole] + 1e-9 * self.fields[f"{prefix}.{low}"]
-                    return stamps if np.any(stamps > 0) else None
+                    return self._set(stamps)
         for name in _WHOLE_STAMPS:
             if name in self.fields:
-                return self.fields[name] if np.any(self.fields[name] > 0) else None
+                return self._set(self.fields[name])
         return None
+
+    def _set(self, stamps: FloatArray) -> FloatArray | None:
+        """The stamps (n,) [s], NaN for those that were not set; None if none was."""
+        if not np.any(stamps > 0):
+            return None
+        ahead = stamps - self.receive
+        off = np.abs(ahead - np.nanmedian(ahead)) > UNSET
+        return np.where((stamps == 0.0) & off, np.nan, stamps) if np.any(off) else stamps
 
 
 def is_stamp(field: str) -> bool:

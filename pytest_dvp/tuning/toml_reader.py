@@ -160,7 +160,10 @@ class Reader:
         constraints = []
         for entry in self.tables("constraint"):
             self.known(entry, ("metric", "max"), "key of [[constraint]]")
-            constraints.append(Constraint(self.metric(entry, kind), self.number(entry.get("max", 0.0), "max")))
+            name = self.metric(entry, kind)
+            if "max" not in entry and not best_at_0(name, kind):
+                self.fail(name, f"{name}: without a max it must be 0, where it is not best; expected max = ...")
+            constraints.append(Constraint(name, self.number(entry.get("max", 0.0), "max")))
         try:
             return Objective(kind, tuple(terms) or default.terms, tuple(constraints) or default.constraints)
         except TuneError as error:
@@ -177,7 +180,10 @@ class Reader:
         scale, weight, target = (
             numbers.get(key, default) for key, default in (("scale", 1.0), ("weight", 1.0), ("target", 0.0))
         )
-        return Term(self.metric(entry, kind), scale, weight, target)
+        name = self.metric(entry, kind)
+        if "target" not in entry and not best_at_0(name, kind):
+            self.fail(name, f"{name}: without a target it is brought to 0, where it is not best; expected target = ...")
+        return Term(name, scale, weight, target, above=name == "log10.chi2_per_n")  # as in the terms that ship
 
     def metric(self, entry: Mapping[str, Any], kind: Kind) -> str:
         """The metric that an entry names. Raises TuneError if the kind of study has no such metric."""
@@ -338,6 +344,19 @@ def _meant(name: str, folders: Iterable[Path]) -> str:
             there += [str(wanted.with_name(file.name)) for file in folder.iterdir() if file.suffix == wanted.suffix]
     near = nearest(name, there)
     return "" if near is None else f"; did you mean {near!r}?"
+
+
+def best_at_0(name: str, kind: Kind) -> bool:
+    """Whether 0 is what a metric should be: not a distance to others, of which more is better, nor a gain, which should
+    be 1."""
+    if kind == "alignment":
+        return not name.startswith(("mncc.", "gain."))
+    from pytest_dvp.metrics import find_metric
+
+    if name in OF_A_DRIVE:
+        return True
+    metric = find_metric(name)
+    return metric.bigger_is_worse is not False and not metric.ideal
 
 
 def metric_names(kind: Kind) -> list[str]:

@@ -102,12 +102,15 @@ _SLAVE = '''
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real  # noqa: E402
 
 
+TAKEN = {taken!r}  # commands that this car obeys: who drives it by a log needs a column for each
+
+
 class {name}(Fmi2Slave):
     """The twin as a co-simulation FMU: commands in, motion out, its start in x0, y0, yaw0 and v0."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        for name in COMMANDS:
+        for name in TAKEN:
             setattr(self, name, 0.0)
             self.register_variable(Real(name, causality=Fmi2Causality.input))
         for name in ("x0", "y0", "yaw0", "v0"):
@@ -125,7 +128,7 @@ class {name}(Fmi2Slave):
         self._show(self._twin.shown())
 
     def do_step(self, current_time, step_size):
-        self._show(self._twin.step(step_size, *(getattr(self, name) for name in COMMANDS)))
+        self._show(self._twin.step(step_size, **dict((name, getattr(self, name)) for name in TAKEN)))
         return True
 
     def _show(self, values):
@@ -152,7 +155,13 @@ def python_text(model: VehicleModel, *, slave: str = "") -> str:
         digest=hashlib.sha256(archive).hexdigest(),
         sources="\n".join(textwrap.wrap(base64.b64encode(archive).decode(), _WIDTH)),
     )  # fmt: skip
-    return text + (_SLAVE.format(name=slave) if slave else "")
+    return text + (_SLAVE.format(name=slave, taken=_taken(model)) if slave else "")
+
+
+def _taken(model: VehicleModel) -> tuple[str, ...]:
+    """The commands of a step that a model obeys: pedals in place of the current and the pressure that its log holds."""
+    stand_for = {"motor_current": ("throttle_cmd", "brake_cmd"), "brake_pressure": ("brake_cmd",)}
+    return ("steer_cmd", *(name for one in model.inputs.longitudinal for name in stand_for.get(one, (one,))))
 
 
 def write_fmu(model: VehicleModel, path: Path) -> None:

@@ -137,3 +137,22 @@ def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, 
     known = {name: found.values for name, found in fits.items()}
     evidence = Evidence(target.count, {name: found.chi2 for name, found in fits.items()})
     return decide(model, known, target.noise(), envelope, evidence=evidence, effects=effects, manoeuvres=manoeuvres)
+
+
+def showing(
+    names: Sequence[str],
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    envelope: Envelope,
+    *,
+    effects: Sequence[Effect] = (),
+    manoeuvres: Sequence[Manoeuvre] = MANOEUVRES,
+) -> tuple[Choice, ...]:
+    """The manoeuvres that show these effects: in logs with the noise of `logs` and beside their samples, or, without
+    any, alone. Raises PlanError, CompareError, ModelError."""
+    if not logs:
+        return excite(model, names, None, envelope, effects=effects, manoeuvres=manoeuvres)
+    target = experiment_set(logs, model, extra=effects)
+    return excite(
+        model, names, target.noise(), envelope, effects=effects, beside=target.count, manoeuvres=manoeuvres
+    )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from openscenario.findings import Findings
+from openscenario.findings import Findings, listed
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.formats.log_format import LogFormat
@@ -22,6 +22,8 @@ from pytest_dvp.logs.mdf_scan import charge_mdf
 from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.texts import Texts, texts_of
+
+_TIME = 1  # of a master channel that counts seconds; else angle, distance or index. ASAM MDF 4.2.0, cn_sync_type
 
 
 def _forget(error: BaseException) -> None:
@@ -36,7 +38,8 @@ def _forget(error: BaseException) -> None:
 
 
 def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: Budget | None) -> list[Stream]:
-    """Streams by channel group, time from the group's master channel, units from the channels.
+    """Streams by channel group, time from the group's master channel, units from the channels. A group whose master is
+    no time is left out, with a warning.
 
     Raises LogError if asammdf is not installed, the file is too large or cannot be read.
     """
@@ -58,8 +61,14 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
                 fields: dict[str, FloatArray] = {}
                 units: dict[str, str] = {}
                 texts: dict[str, Texts] = {}
-                time = np.asarray(file.get_master(index), dtype=np.float64)
                 master = file.masters_db.get(index)
+                if master is None or getattr(group.channels[master], "sync_type", _TIME) != _TIME:
+                    # asammdf would give the numbers of the samples, or the angles, for seconds
+                    if group.channel_group.cycles_nr > 2:
+                        text = f"no time: left out with {listed([one.name for one in group.channels], 6)}"
+                        findings.add("log.time_missing", str(path), None, name, text, severity="warning")
+                    continue
+                time = np.asarray(file.get_master(index), dtype=np.float64)
                 for number, channel in enumerate(group.channels):
                     if number == master:
                         continue
@@ -83,7 +92,7 @@ def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
     if why:
         raise LogError(why, "log.not_mdf")
     if not streams:
-        raise LogError(f"{path}: no channel group with numbers", "log.foreign")
+        raise LogError(f"{path}: no channel group with numbers over time", "log.foreign")
     return streams
 
 

@@ -56,25 +56,44 @@ class Decoder:
             self._register(file.read_text(encoding="utf-8", errors="replace"), f"{package}/msg/{file.stem}")
 
     def _register(self, definition: str, name: str) -> None:
+        found = self._parsed(definition, name)
+        self.store.register({kind: body for kind, body in found.items() if kind not in self.store.types})
+
+    def _parsed(self, definition: str, name: str) -> dict[str, Any]:
+        """The types of a definition by name. Raises LogError."""
         try:
-            found = self._types.get_types_from_msg(definition, name)
-            self.store.register({kind: body for kind, body in found.items() if kind not in self.store.types})
+            found: dict[str, Any] = self._types.get_types_from_msg(definition, name)
+            self._types.get_typestore(self._types.Stores.EMPTY).register(found)
         except Exception as error:  # rosbags raises errors of its own parser
             text = f"{self._path}: the definition of {name} cannot be read: {error}".split("\n")[0]
             raise LogError(text, "log.bad_definition") from None
+        return found
 
     def of_channel(self, channel: Channel, findings: Findings) -> Callable[[bytes | memoryview], Any] | None:
         """What decodes the messages of an MCAP channel, None if they are large or of an unknown type (told)."""
         kind = full_name(channel.schema.name)
         if _LARGE.search(kind):
             return None
-        if kind not in self.store.types and channel.schema.encoding in ("ros2msg", "ros1msg"):
-            self._register(channel.schema.data.decode(errors="replace"), kind)
-        if kind not in self.store.types:
+        store = self._as_defined(channel, kind)
+        if kind not in store.types:
             _unknown(findings, self._path, channel.topic, kind)
             return None
-        read = self.store.deserialize_ros1 if channel.encoding == "ros1" else self.store.deserialize_cdr
+        read = store.deserialize_ros1 if channel.encoding == "ros1" else store.deserialize_cdr
         return lambda content: _decoded(bytes(content), channel.topic, kind, read, self._path)
+
+    def _as_defined(self, channel: Channel, kind: str) -> Any:
+        """The types of a channel: those of its definition, and the standard ones of its ROS for what that leaves out.
+        The same name is not the same message in both: a header of ROS 1 has a `seq` more."""
+        text = channel.schema.data.decode(errors="replace")
+        defined = channel.schema.encoding in ("ros2msg", "ros1msg") and text.strip()
+        found = self._parsed(text, kind) if defined else {}
+        if not found and channel.encoding != "ros1":
+            return self.store
+        if channel.encoding == "ros1":
+            found = self._types.get_typestore(self._types.Stores.ROS1_NOETIC).fielddefs | found
+        store = self._types.get_typestore(self._types.Stores.EMPTY)
+        store.register(self.store.fielddefs | found)
+        return store
 
 
 def read_bag(

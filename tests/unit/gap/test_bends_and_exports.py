@@ -111,6 +111,25 @@ def test_an_exported_twin_has_its_name_and_compiles(text: str) -> None:
     assert "Fmi2Slave" not in text
 
 
+@pytest.mark.parametrize(
+    ("longitudinal", "taken"),
+    [
+        ("accel_cmd", ("accel_cmd",)),
+        ("throttle_cmd + brake_cmd", ("throttle_cmd", "brake_cmd")),
+        ("throttle_cmd + brake_pressure", ("throttle_cmd", "brake_cmd")),
+        ("motor_current", ("throttle_cmd", "brake_cmd")),
+    ],
+)
+def test_a_slave_takes_what_its_car_obeys(
+    longitudinal: str, taken: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A log of a car that is driven by accelerations has no pedals to drive an FMU with."""
+    monkeypatch.setattr("pytest_dvp.gap.extend.exported_twin._sources", lambda: b"none")
+    text = python_text(a_model(longitudinal), slave="Small")
+    assert f"TAKEN = {('steer_cmd', *taken)!r}" in text
+    assert text.count("in TAKEN") == 2
+
+
 def test_a_slave_stands_behind_the_module(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pytest_dvp.gap.extend.exported_twin._sources", lambda: b"none")
     whole = python_text(a_model(), slave="Small")

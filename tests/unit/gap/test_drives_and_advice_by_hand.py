@@ -363,6 +363,23 @@ def test_each_effect_with_rivals_has_a_manoeuvre_that_decides_and_the_rest_one_t
     assert len(advise(found, {}, MODEL, Envelope()).refused) == 1
 
 
+def test_what_shows_an_effect_is_seen_beside_the_logs_that_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their samples, which show nothing of it, dilute what a drive more shows; its sensors are theirs."""
+    asked: list[Any] = []
+
+    def exciting(model: Any, names: Any, noise: Any, envelope: Any, **more: Any) -> Any:
+        asked.append((names, noise, more.get("beside", 0)))
+        return ()
+
+    target = SimpleNamespace(count=700, noise=lambda: {"v": 0.03})
+    monkeypatch.setattr(advice, "experiment_set", lambda logs, model, extra: target)
+    monkeypatch.setattr(advice, "excite", exciting)
+    log: Any = object()
+    advice.showing(["lag"], {"town.csv": log}, MODEL, Envelope())
+    advice.showing(["lag"], {}, MODEL, Envelope())
+    assert asked == [(["lag"], {"v": 0.03}, 700), (["lag"], None, 0)]
+
+
 @pytest.mark.parametrize(("gap", "looked_at"), [(0.9, 2), (0.89, 1)])
 def test_a_second_manoeuvre_is_looked_at_closely_if_it_promises_nine_tenths(
     gap: float, looked_at: int, monkeypatch: pytest.MonkeyPatch

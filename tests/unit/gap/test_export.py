@@ -80,6 +80,7 @@ def test_the_fmu_drives_as_our_twin_does(tmp_path, ours, monkeypatch):
         assert main(["export", str(MODEL), "--fmu", str(path)]) == 0
     described = fmpy.read_model_description(str(path))
     of = {v.name: v.valueReference for v in described.modelVariables}
+    assert [v.name for v in described.modelVariables if v.causality == "input"] == ["steer_cmd", "accel_cmd"]
     slave = FMU2Slave(
         guid=described.guid, unzipDirectory=fmpy.extract(str(path), str(tmp_path / "fmu")),
         modelIdentifier=described.coSimulation.modelIdentifier,

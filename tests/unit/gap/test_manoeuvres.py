@@ -285,6 +285,20 @@ def test_manoeuvres_are_written_by_name(planned: Path, capsys: pytest.CaptureFix
     assert "did you mean 'circles_left'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("asked", [("--drive", "full_throttle"), ("--excite", "mass")])
+def test_a_car_that_no_command_moves_has_no_manoeuvre(
+    planned: Path, asked: tuple[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stood for 33 s, and its card said so many seconds of full throttle."""
+    text = (planned / "car.toml").read_text()
+    assert 'longitudinal = "accel_cmd"' in text
+    (planned / "idle.toml").write_text(text.replace('"accel_cmd"', '"speed_cmd"'))
+    out = planned / "idle"
+    assert main(["plan", "--model", str(planned / "idle.toml"), *asked, "--out", str(out)]) == 2
+    assert 'idle.toml: longitudinal = "speed_cmd" drives nothing' in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_printed_commands_run_as_they_stand(
     planned: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

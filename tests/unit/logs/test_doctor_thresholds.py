@@ -39,6 +39,16 @@ def test_stamps_are_seconds_between_half_a_hertz_and_twenty_kilohertz(rate: floa
     assert check_rate(Log({"t": np.arange(100) / rate}), "log.csv", None, Findings()) is plausible
 
 
+@pytest.mark.parametrize(("pause", "told"), [(86_000.0, True), (87_000.0, False), (1.7e9, False)])
+def test_no_log_pauses_for_more_than_a_day(pause: float, told: bool) -> None:
+    """What comes after has the stamps of another clock; nothing that lays a grid over them may be asked."""
+    t = np.arange(500) * STEP
+    t[250:] += pause
+    findings = Findings()
+    assert check_rate(Log({"t": t}), "log.csv", None, findings) is told
+    assert [(one.code, one.severity) for one in findings.found] == ([] if told else [("log.gap", "error")])
+
+
 @pytest.mark.parametrize(("share", "told"), [(0.039, []), (0.041, [("log.jitter", "warning")])])
 def test_four_percent_of_the_interval_may_scatter(share: float, told: list[tuple[str, str]]) -> None:
     """Intervals that are long and short by turns: their standard deviation is exactly the share."""

@@ -83,7 +83,7 @@ def test_mdf_channels_with_their_units_and_rates(tmp_path: Path) -> None:
     assert log["steer_cmd"][5] == R[5]
 
 
-def _odometry(store: object, i: int) -> object:
+def _odometry(store: object, i: int, **header: int) -> object:
     types = store.types  # type: ignore[attr-defined]
     vector = types["geometry_msgs/msg/Vector3"]
     stamp = types["builtin_interfaces/msg/Time"](sec=1700000000 + int(T[i]), nanosec=round(T[i] % 1 * 1e9))
@@ -93,7 +93,7 @@ def _odometry(store: object, i: int) -> object:
     )
     twist = types["geometry_msgs/msg/Twist"](linear=vector(x=V[i], y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=R[i]))
     return types["nav_msgs/msg/Odometry"](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="map"),
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="map", **header),
         child_frame_id="base_link",
         pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=np.zeros(36)),
         twist=types["geometry_msgs/msg/TwistWithCovariance"](twist=twist, covariance=np.zeros(36)),
@@ -120,6 +120,51 @@ def test_a_ros2_bag_of_standard_messages_needs_no_mapping(tmp_path: Path, storag
     assert np.diff(log.t) == pytest.approx(0.02, abs=2e-6)
     if storage == "MCAP":
         assert read_log(tmp_path / "bag" / "bag.mcap")["v"] == pytest.approx(V)
+
+
+def _one_topic(path: Path, kind: str, definition: str, encoding: str, contents: list[bytes]) -> Path:
+    """An MCAP file of one topic, as a converter of bags writes it: messages at T with their definition."""
+    from mcap.writer import Writer
+
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema(kind, "ros1msg" if encoding == "ros1" else "ros2msg", definition.encode())
+        channel = writer.register_channel("/odom", encoding, schema)
+        for t, content in zip(T, contents, strict=True):
+            stamp = round((1700000000 + t) * 1e9)
+            writer.add_message(channel, stamp, content, stamp)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_messages_of_ros1_in_an_mcap_have_the_header_of_ros1(tmp_path: Path, whole: bool) -> None:
+    """Its `seq` is gone in ROS 2; a file without definitions has the standard ones of ROS 1."""
+    pytest.importorskip("rosbags")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind = "nav_msgs/msg/Odometry"
+    contents = [bytes(store.serialize_ros1(_odometry(store, i, seq=i), kind)) for i in range(len(T))]
+    definition = store.generate_msgdef(kind)[0] if whole else ""
+    log = read_log(_one_topic(tmp_path / "a.mcap", "nav_msgs/Odometry", definition, "ros1", contents))
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw"] == pytest.approx(0.4)
+
+
+def test_a_message_is_read_as_its_file_defines_it(tmp_path: Path) -> None:
+    """Not as the standard message of that name."""
+    pytest.importorskip("rosbags")
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store, kind, definition = get_typestore(Stores.EMPTY), "geometry_msgs/msg/Point", "float32 x\nfloat32 y\n"
+    store.register(get_types_from_msg(definition, kind))
+    contents = [bytes(store.serialize_cdr(store.types[kind](x=float(v), y=0.0), kind)) for v in V]
+    file = _one_topic(tmp_path / "a.mcap", kind, definition, "cdr", contents)
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[[signal]]\nname = "v"\nfield = "x"\nunit = "m/s"\n')
+    assert read_log(file, mapping=mapping)["v"] == pytest.approx(V, abs=1e-5)
 
 
 def test_custom_ros_messages_need_their_definition(tmp_path: Path) -> None:

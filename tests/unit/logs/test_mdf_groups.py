@@ -44,3 +44,20 @@ def test_mdf_of_version_3_is_read(tmp_path: Path) -> None:
         file.append([asammdf.Signal(V, T, unit="m/s", name="v")])
         file.save(tmp_path / "a.mdf")
     assert read_log(tmp_path / "a.mdf")["v"] == pytest.approx(V)
+
+
+@pytest.mark.parametrize(("kind", "sync"), [(0, 0), (2, 2)])
+def test_a_group_without_a_time_is_left_out(tmp_path: Path, kind: int, sync: int) -> None:
+    """Without a master channel, or with one of the crank's angle: neither numbers of samples nor angles are seconds."""
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(V, T, unit="m/s", name="v")])
+        file.append([asammdf.Signal(V, T, unit="rad/s", name="yaw_rate")])
+        master = file.groups[1].channels[0]
+        master.channel_type, master.sync_type = kind, sync
+        file.save(tmp_path / "a.mf4")
+    log = read_log(tmp_path / "a.mf4")
+    assert log.t == pytest.approx(T)
+    assert "yaw_rate" not in log.columns
+    (told,) = log.meta["import"]["findings"]
+    assert (told["code"], told["severity"]) == ("log.time_missing", "warning")
+    assert "yaw_rate" in str(told)

@@ -74,6 +74,20 @@ def test_the_stamps_of_headers_as_bridges_write_them(whole: str, part: str) -> N
     assert header.tolist() == [7.0, 7.5]
 
 
+@pytest.mark.parametrize(("clock", "kept"), [(1.7e9, 97), (0.0, 100)])
+def test_a_stamp_that_was_not_set_is_no_time(tmp_path: Path, clock: float, kept: int) -> None:
+    """Before a simulator's first /clock, headers hold 0; a simulator's own clock begins there."""
+    rows: list[tuple[float, dict[str, Any]]] = []
+    for k in range(100):
+        t = clock + 0.02 * k if k > 2 or not clock else 0.0
+        stamp = {"sec": int(t), "nanosec": round(t % 1.0 * 1e9)}
+        rows.append((1.7e9 + 0.02 * k, {"header": {"stamp": stamp}, "v": float(k)}))
+    log = read_log(write_json(tmp_path / "log.mcap", {"/car": rows}), mapping=mapping(tmp_path))
+    assert np.diff(log.t) == pytest.approx(np.full(kept - 1, 0.02), abs=2e-6)
+    told = [(one["code"], one["element"]) for one in log.meta["import"]["findings"]]
+    assert told == ([("log.time_missing", "/car")] if clock else [])
+
+
 @pytest.mark.parametrize("name", ["timestampSec", "timestamp_sec"])
 def test_the_stamp_of_an_apollo_header_is_the_senders(tmp_path: Path, name: str) -> None:
     """The recorder got each message 0.3 s later, and some of them later still."""

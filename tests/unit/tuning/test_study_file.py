@@ -116,6 +116,44 @@ def test_terms_of_mncc_alone_are_refused_with_their_line(tmp_path: Path) -> None
         read_study(written(tmp_path, text))
 
 
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        *(("performance", name) for name in ("min_distance", "goal_reached", "detection_recall", "nees")),
+        *(("alignment", name) for name in ("mncc.v", "gain.v")),
+    ],
+)
+@pytest.mark.parametrize(("table", "key"), [("term", "target"), ("constraint", "max")])
+def test_what_is_not_best_at_0_must_say_what_it_is_to_be(
+    tmp_path: Path, kind: str, name: str, table: str, key: str
+) -> None:
+    """A search that brings the distance to others to 0 looks for a crash."""
+    text = SOUND
+    if kind == "alignment":
+        (tmp_path / "a.mcap").write_bytes(b"")
+        text = SOUND.replace('"performance"', '"alignment"').replace("seeds = [7, 8]", 'logs = ["a.mcap"]')
+        text = text.replace('"P.LQR_q11" = [20, 30]\n', "") + '[[term]]\nmetric = "nrmse.v"\n'
+    text += f'[[{table}]]\nmetric = "{name}"\n'
+    with pytest.raises(TuneError, match=rf"study.toml:\d+: {name}: without a {key}"):
+        read_study(written(tmp_path, text))
+    assert name in read_study(written(tmp_path, text + f"{key} = 1.0\n")).objective.metrics
+
+
+@pytest.mark.parametrize("name", ["max_jerk", "completion_time", "missed_events", "events_fired"])
+def test_what_is_best_at_0_needs_no_target(tmp_path: Path, name: str) -> None:
+    text = f'{SOUND}[[term]]\nmetric = "{name}"\n[[constraint]]\nmetric = "{name}"\n'
+    assert read_study(written(tmp_path, text)).objective.metrics == (name,)
+
+
+def test_an_error_below_the_noise_is_no_better_and_no_worse_than_the_noise(tmp_path: Path) -> None:
+    """A term of one's own counts as the one that ships: whoever tunes for less, or back up to 0, fits noise."""
+    (tmp_path / "a.mcap").write_bytes(b"")
+    text = SOUND.replace('"performance"', '"alignment"').replace("seeds = [7, 8]", 'logs = ["a.mcap"]')
+    text = text.replace('"P.LQR_q11" = [20, 30]\n', "") + '[[term]]\nmetric = "log10.chi2_per_n"\n'
+    (term,) = read_study(written(tmp_path, text)).objective.terms
+    assert [term.cost(value) for value in (-0.3, 0.0, 0.3)] == [0.0, 0.0, 0.3]
+
+
 def test_plan_of_the_paper_learns_nothing_from_its_judges() -> None:
     plan = read_plan(shipped("mcrpg/paper.toml"))
     drives = {(v.title, seed) for v in plan.variants for seed in plan.seeds}

@@ -6,6 +6,7 @@ import json
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -142,6 +143,25 @@ def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
     for name in ("x", "v", "steer", "yaw_rate"):
         assert signals[name]["nrmse"] == tuned[f"nrmse.{name}"]
         assert signals[name]["chi2_per_n"] == tuned[f"chi2_per_n.{name}"]
+
+
+def test_a_log_that_the_doctor_refuses_tunes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Kilometres an hour in a column that says metres a second: a twin that fits them is of no car."""
+    t = np.arange(1000) * 0.02
+    v, yaw = 8.0 + 2.0 * np.sin(0.5 * t), 0.3 * np.sin(0.4 * t)
+    x, y = (np.cumsum(v * part(yaw)) * 0.02 for part in (np.cos, np.sin))
+    table = {"t [s]": t, "x [m]": x, "y [m]": y, "yaw [rad]": yaw, "v [m/s]": 3.6 * v}
+    table |= {"steer_cmd [rad]": 0.1 * yaw, "accel_cmd [m/s^2]": np.cos(0.5 * t)}
+    pd.DataFrame(table).to_csv(tmp_path / "drive.csv", index=False)
+    (tmp_path / "study.toml").write_text(
+        '[study]\nobjective = "alignment"\nmodel = "models/surrogate.toml"\nlogs = ["drive.csv"]\n'
+        '[parameters]\n"S.EGO_mass" = { values = [700, 760], start = 730 }\n',
+        encoding="utf-8",
+    )
+    words = ["tune", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out"), "--cache", str(tmp_path / "cache")]
+    assert main([*words, "--jobs", "1"]) == 1
+    assert "error log.unit_suspect column v" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def _as_csv(path: Path) -> None:
