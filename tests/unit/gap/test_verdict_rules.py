@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnosing
-from pytest_dvp.gap.diagnose.diagnose import _estimates, _folded, _given, _ladder, _measured, _misfit, _verdict
+from pytest_dvp.gap.diagnose.diagnose import _estimates, _folded, _given, _ladder, _measured, _misfit, _strays, _verdict
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold, step
 from pytest_dvp.gap.diagnose.imitation import imitation
@@ -44,6 +44,17 @@ def test_a_verdict_says_what_is_left_what_is_named_and_what_was_not_excited(
     effects = () if rivals is None else (NamedEffect("a", {}), NamedEffect("b", {}, rivals=rivals))
     found = SearchResult(a_trial(1.0), {}, ("x",) * hidden)
     assert _verdict(misfit, effects, found, 10) == verdict
+
+
+@pytest.mark.parametrize(
+    ("excused", "names", "left", "strays"),
+    [(True, (), 151.0, True), (True, (), 149.0, False), (True, ("a",), 900.0, False), (False, (), 900.0, False)],
+)
+def test_a_drive_far_beyond_the_known_remainder_is_not_called_as_it_was(
+    excused: bool, names: tuple[str, ...], left: float, strays: bool
+) -> None:
+    search: Any = SimpleNamespace(target=SimpleNamespace(excused=excused), count=100)
+    assert _strays(search, SimpleNamespace(names=names, chi2=left)) is strays  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

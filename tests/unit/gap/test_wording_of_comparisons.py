@@ -29,8 +29,13 @@ def compared(signals: dict[str, SignalScore], where: tuple[Where, ...] = (), **m
             return np.exp(-(((t - 4.0 - (late or 0.0)) / 0.5) ** 2))
 
         measured = {name: pulse(one.lag) for name, one in signals.items()}
-        more = {"t": t, "measured": measured, "modelled": {name: pulse(0.0) for name in signals},
-                "residuals": {name: np.resize(wave, len(t)) for name in signals}, "slid": np.zeros(len(t), bool)} | more
+        more = {
+            "t": t,
+            "measured": measured,
+            "modelled": {name: pulse(0.0) for name in signals},
+            "residuals": {name: np.resize(wave, len(t)) for name in signals},
+            "slid": np.zeros(len(t), bool),
+        } | more
     base = {"model": "M", "signals": signals, "where": where, "residuals": dict.fromkeys(signals, wave),
             "noise": dict.fromkeys(signals, 0.05), "t": np.arange(8.0), "alignment": SimpleNamespace(coverage=1.0),
             "slid": np.zeros(8, bool)}  # fmt: skip
