@@ -21,7 +21,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, widen_dead_ti
 from pytest_dvp.gap.diagnose.masked_pairs import promising
 from pytest_dvp.gap.diagnose.run_setup import split_setup
 from pytest_dvp.gap.diagnose.search import Search
-from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _nothing_sure, _Left
+from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _Left, _nothing_sure
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.veto import allowed_loss
 from pytest_dvp.logs.log import Log
