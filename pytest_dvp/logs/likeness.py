@@ -75,8 +75,8 @@ def slope_at(model: FloatArray, measured: FloatArray, k: int) -> tuple[float, fl
 
 
 def unlike_at(model: FloatArray, measured: FloatArray, k: int) -> float:
-    """Share of what varies in measured (n,) that a straight line of model (n,) leaves, 0..1, where they overlap if
-    measured is `k` samples late; 1 where either is constant."""
+    """Share [-] of what varies in measured (n,) that a straight line of model (n,) leaves, 0..1, where they overlap if
+    measured is `k` samples late; both in the same unit; 1 where either is constant."""
     n = len(model)
     a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
     a, b = a - a.mean(), b - b.mean()

@@ -34,9 +34,7 @@ LONGITUDINAL = (
 )
 MEASURED = ("steer", "v")  # columns that are measured, not commanded: straight between stamps instead of held
 
-SMOOTHED = (
-    0.1  # s; chosen: a body takes as long to pitch, and 0.02 m/s of noise at 50 Hz becomes 0.1 m/s^2 in place of 1
-)
+SMOOTHED = 0.1  # s; chosen: a body takes as long to pitch, and 0.02 m/s of noise at 50 Hz become 0.1 m/s^2, not 1
 NEAREST = 3  # columns that a message names
 
 INPUT_KEYS: tuple[Key, ...] = (

@@ -50,10 +50,8 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 
-STRAYS = (
-    1.5  # times the known remainder; chosen: twelve drives with nothing new of six strangers' cars left 0.3 to 1.1,
-)
-# and two with a change that no effect was named for 1.8
+STRAYS = 1.5  # times the known remainder; chosen: twelve drives with nothing new of six cars left 0.3 to 1.1 times, and
+# two with a change that no effect was named for 1.8
 
 
 def diagnose(

@@ -21,10 +21,8 @@ LATE = 0.02  # s, least lag worth a word
 NAMED_STRETCHES = 5  # that a line names, the longest
 STEADY = 0.5  # of the squared error, from which an offset says more than a place
 ALIKE = 0.5  # MNCC from which a signal tells a lag or a gain
-TAKEN_BACK = (
-    0.7  # of what a signal leaves, that at most stays when it is shifted by its lag: what a lag is worth a word
-)
-# for; chosen: drives and steering that are late leave up to 0.65, brakes of 0.8 in place of 1, which are not late, 0.83
+TAKEN_BACK = 0.7  # of what a signal leaves, that a shift by its lag may leave; chosen: late drives leave up to 0.65 of
+# it, brakes of 0.8 in place of 1, which are not late, 0.83
 PART_NOT_JUDGED = 0.1  # of the time, from which the first line says that a part was not judged; chosen
 
 
