@@ -353,6 +353,17 @@ def test_wrong_argument_is_one_line_and_exit_code_2(
     assert not (here / "new.toml").exists()
 
 
+def test_growing_from_a_bare_data_sheet_is_refused_with_what_comes_first(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert extend("--grow", "--fit", "one.csv", "two.csv", add="") == 2
+    assert capsys.readouterr().err == (
+        "dvp extend: --grow goes on from effects that a diagnosis found, and car.toml has none: first run dvp diagnose "
+        "one.csv --held-out two.csv --model car.toml\n"
+    )
+    assert not (here / "new.toml").exists()
+
+
 def test_growing_on_one_log_is_refused_in_one_line(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert extend("--grow", "--fit", "one.csv", add="") == 2
     assert capsys.readouterr().err == (
