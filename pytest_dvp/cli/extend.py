@@ -109,8 +109,8 @@ def execute(arguments: argparse.Namespace) -> int:
         # with an asymmetry and a compliance that were not there, where the search of a diagnosis left 1.2.
         first, *others = map(shlex.quote, arguments.fit)
         raise WrongArgument(
-            f"dvp extend: --grow goes on from effects that a diagnosis found, and {arguments.model} has none: first run "
-            f"dvp diagnose {first} --held-out {' '.join(others)} --model {shlex.quote(arguments.model)}"
+            f"dvp extend: --grow goes on from effects that a diagnosis found, and {arguments.model} has none: first "
+            f"run dvp diagnose {first} --held-out {' '.join(others)} --model {shlex.quote(arguments.model)}"
         )
     given = Path(arguments.model).read_text(encoding="utf-8")
     wanted = named(arguments, model, extra)
