@@ -62,6 +62,7 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
   (`steer_sticking`).
 - `ax` and `ay` are those at the rear axle; `ax_x` and `ay_x` in `[parameters]` name points ahead of it. This matters
   with tyres: an `ay` at the centre of gravity shows the turn-in differently from one at the rear axle.
+  Where the file states no `ay_x`, a diagnosis fits it along, from -0.4 to 1.4 wheelbases.
 
 ```python
 from vehicle.model.model_file import read_model

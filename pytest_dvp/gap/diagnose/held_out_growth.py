@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 
+from pytest_dvp.gap.diagnose.accelerometer_place import placed
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.held_out_choice import left_held_out
 from pytest_dvp.gap.diagnose.search import FAR, MOST, PRACTICAL, Search, SearchResult
@@ -72,7 +73,7 @@ def _larger(search: Search, final: Trial, judges: Sequence[Fold]) -> tuple[Trial
             barred += [trial.names[-1] for trial in few]
             continue
         search.target.settle(best.values)
-        final = search.trial(best.names, best.values, like=best)
+        final = placed(search, search.trial(best.names, best.values, like=best), PRACTICAL)
         left = left_held_out(search, final, judges)
     return final, barred
 

@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.accelerometer_place import placed, points_there
 from pytest_dvp.gap.diagnose.all_cores import mapped
 from pytest_dvp.gap.diagnose.bootstrap import bootstrap_share
 from pytest_dvp.gap.diagnose.candidates import (
@@ -101,8 +102,7 @@ class Search:
         self._near: dict[str, tuple[str, ...]] = {}
         self._given = 0.0  # chi^2 of the model as given, once the search runs
         self._way = ""  # from where effects are looked for, in the words of progress
-        self.bare = False  # whether it began with what nearly every car has
-        self.apart = False  # whether drives of their own are held out, which then say what comes beside that
+        self.bare = self.apart = False  # began with what nearly every car has; drives of their own are held out
         self._late = True  # whether the keys are fitted that come late
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
@@ -157,8 +157,7 @@ class Search:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
 
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
-        """The set grown, first without the keys that come late: far from the car they take what others are missing.
-        From a bare data sheet, what nearly every car has comes at once."""
+        """The set grown, keys that come late last; from a bare data sheet, what nearly every car has comes at once."""
         self._late = False
         now = self.grown(now, turns, until=lambda one: is_bare(self, one))
         if is_bare(self, now):
@@ -182,7 +181,7 @@ class Search:
               until: Callable[[Trial], bool] = lambda now: False) -> Trial:  # fmt: skip
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
         effects that are not tried; most: effects of a set, 0 for the usual number; until: ends it earlier."""
-        while not until(now):
+        while not until(now := placed(self, now, PRACTICAL)):
             left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
             self.tick(f"{self._way}effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
             paying = self.paying(now, barred, most or (LARGEST if self.bare else MOST))
@@ -309,7 +308,8 @@ class Search:
 
         def looked_at(name: str) -> tuple[float, list[Ranked]]:
             look, candidate = copy(whole), self.tried[name]
-            options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
+            points = points_there(now, candidate.coarse if now.names else candidate.points)
+            options = look.remaining_chi2(candidate, points, needed)
             return look.strongest, [(left, name, point) for left, point in options]
 
         found = mapped(looked_at, few := [name for name in names if name not in now.names])
