@@ -30,10 +30,10 @@ def placed(search: Search, now: Trial, worth: float) -> Trial:
     As it is where the model says the place, where no tyre slips (there the turning is that of the path), and where no
     lateral acceleration is measured.
     """
-    model = search.target.experiments[0].model
-    if "ay" not in search.target.channels or model.car.ay_x != 0.0:
+    if not any(search.known[name].effect.tyres for name in now.names) or "ay" not in search.target.channels:
         return now
-    if not any(search.known[name].effect.tyres for name in now.names):
+    model = search.target.experiments[0].model
+    if model.car.ay_x != 0.0:
         return now
     at, reach = now.values.get(PLACE, 0.0), _REACH * model.car.wheelbase
     slope = (search.target.whitened(now.values | {PLACE: at + reach}) - now.fit.residual) / reach

@@ -15,7 +15,7 @@ from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
-from pytest_dvp.gap.diagnose.experiment import Values, experiment_set, on_same_roads
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set, on_same_roads
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, remeasured, with_values
 from pytest_dvp.gap.diagnose.gear_gaps import with_gear_gaps
 from pytest_dvp.gap.diagnose.held_out import (
@@ -169,7 +169,7 @@ def diagnose(
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
-    verdict = _verdict(search.misfit(final) or _strays(search, final), named, found, len(tried))
+    verdict = _verdict(search.misfit(final) or _strays(target, search.count, final), named, found, len(tried))
     return Diagnosis(
         verdict=verdict,
         effects=named,
@@ -214,10 +214,10 @@ def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial,
     return final, widen_imitated(final.fit, sure, model.remainder_shape.imitates) if target.lasts else sure
 
 
-def _strays(search: Search, final: Trial) -> bool:
+def _strays(target: ExperimentSet, count: int, final: Trial) -> bool:
     """True if nothing is named, and yet a drive leaves clearly more than the known remainder of its twin, which
     otherwise would count as an error that lasts."""
-    return search.target.excused and not final.names and final.chi2 > STRAYS * search.count
+    return target.excused and not final.names and final.chi2 > STRAYS * count
 
 
 def _verdict(misfit: bool, named: Sequence[NamedEffect], found: SearchResult, tried: int) -> Verdict:

@@ -53,8 +53,8 @@ def test_a_verdict_says_what_is_left_what_is_named_and_what_was_not_excited(
 def test_a_drive_far_beyond_the_known_remainder_is_not_called_as_it_was(
     excused: bool, names: tuple[str, ...], left: float, strays: bool
 ) -> None:
-    search: Any = SimpleNamespace(target=SimpleNamespace(excused=excused), count=100)
-    assert _strays(search, SimpleNamespace(names=names, chi2=left)) is strays  # type: ignore[arg-type]
+    target: Any = SimpleNamespace(excused=excused)
+    assert _strays(target, 100, SimpleNamespace(names=names, chi2=left)) is strays  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
