@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
@@ -24,6 +25,7 @@ class Sets(HeldOutSets):
 
     def __init__(self, held: dict[str, float], next_to: dict[str, str], **more: Any) -> None:
         super().__init__(held, **more)
+        self.known = defaultdict(lambda: SimpleNamespace(effect=SimpleNamespace(tyres=False)))
         self.next_to = next_to
         self.instead: tuple[str, ...] = ()
         self.room: list[int] = []

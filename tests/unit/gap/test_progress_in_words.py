@@ -70,7 +70,7 @@ def test_of_what_nearly_every_car_has_the_least_needed_is_asked_first_and_anew_a
     told: list[str] = []
     search: Any = SimpleNamespace(
         tried={name: SimpleNamespace(coordinates=(), seen={}) for name in names}, start={}, count=4, tick=told.append,
-        target=SimpleNamespace(settle=lambda values: None),
+        target=SimpleNamespace(settle=lambda values: None), unseen=lambda: (),
         trial=lambda names, values, like=None: SimpleNamespace(names=tuple(names), values={}, chi2=10.0),
         pays=lambda less, now: bool(({*now.names} - {*less.names}) & needed),
     )  # fmt: skip

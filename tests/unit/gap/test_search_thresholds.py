@@ -344,7 +344,7 @@ def test_an_effect_whose_strongest_would_change_less_than_five_percent_is_not_ex
 ) -> None:
     s = search("drive_gain")
     s._shown = {"drive_gain": change}
-    assert s._hidden() == hidden
+    assert s.unseen() == hidden
 
 
 def test_the_twelve_that_came_nearest_may_take_the_place_of_an_effect() -> None:

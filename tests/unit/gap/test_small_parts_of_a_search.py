@@ -45,7 +45,7 @@ def test_a_masked_pair_is_looked_for_where_something_is_left_and_nothing_is_barr
 def test_each_set_of_a_climb_begins_where_the_one_before_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     """And with its derivatives: those of the best set, not of the second best."""
     world = World({})
-    search = a_search(world)
+    search = a_search(world, "mass", "brake_gain")
     start, first, other, second = a_trial(9.0), a_trial(8.0, "mass"), a_trial(8.5, "brake_gain"), a_trial(7.0, "mass")
     rounds = iter([[first, other], [second], []])
     asked: list[Any] = []
