@@ -181,6 +181,12 @@ def test_load_transfer_takes_stiffness_with_the_square_of_lateral_acceleration(y
     assert {key: getattr(x, key) for key in TYRES} == pytest.approx({key: value * left for key, value in TYRES.items()})
 
 
+def test_load_moves_by_what_a_bank_makes_tyres_hold_too() -> None:
+    """5 m/s^2 of a turn, on a road that sinks to its inside by an eighth: the tyres hold an eighth of g less."""
+    x = applied(load_transfer, bus(vx=10.0, yaw_rate=0.5, bank=-math.asin(0.125), **TYRES), c=0.2)
+    assert x.fy_front == pytest.approx(TYRES["fy_front"] * (1.0 - 0.2 * (5.0 / GRAVITY - 0.125) ** 2))
+
+
 def test_tyres_saturate_at_their_share_of_the_load() -> None:
     """6 m/s^2 of 1600 kg, 1.6 / 2.8 of it at the front; F = M tanh(F / M) with the slope 1 - tanh^2."""
     x = applied(tyre_saturation, bus(**TYRES), limit=6.0)

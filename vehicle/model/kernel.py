@@ -1,4 +1,4 @@
-"""The compiled step: commands -> actuators -> forces -> body -> road -> motion -> sensors.
+"""The compiled step: commands -> actuators -> road -> forces -> body -> motion -> sensors.
 
 `run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples; a row
 shows the motion at its stamp under the command that begins there.
@@ -120,6 +120,8 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)
+    x.grade, x.bank = x.road_grade, x.road_bank
+    _slot(4, bus, table, bounds, parameters, memory)
     steer = x.steer
     kinematic = math.tan(steer) / x.wheelbase
     x.curvature = x.yaw_rate / x.vx if kind == DYNAMIC and x.vx > 2.0 * x.slow else kinematic
@@ -148,8 +150,6 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
         hold_across(x)
     _slot(TAKES, bus, table, bounds, parameters, memory)
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
-    x.grade, x.bank = x.road_grade, x.road_bank
-    _slot(4, bus, table, bounds, parameters, memory)
     if held:
         hold_path(x, left_across(x))
 

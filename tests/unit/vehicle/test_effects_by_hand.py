@@ -20,12 +20,13 @@ HALF_PI = 0.5 * math.pi
 
 
 def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, Any] | None = None) -> tuple[Any, Any]:
-    x, m = SimpleNamespace(**bus), SimpleNamespace(**(memory or {}))
+    x, m = SimpleNamespace(**{**LEVEL, **bus}), SimpleNamespace(**(memory or {}))
     find_effect(name).function(x, SimpleNamespace(**p), m)
     return x, m
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
+LEVEL = {"bank": 0.0}  # the road, where a case says nothing else
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,

@@ -1,0 +1,37 @@
+"""A banked road beside what follows from the side forces of tyres, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from vehicle_models import CAR, model
+
+from vehicle.model.open_loop import Replay
+
+G = 9.80665
+T = np.arange(0.0, 12.0, 0.02)
+V, YAW_RATE, AX, AY, STEER = 3, 4, 5, 6, 7  # columns of a row
+BANK = 0.1  # rad, left side up
+STIFF = ("cornering_stiffness_front", "cornering_stiffness_rear")
+
+
+def shown(base: str, effects: dict[str, dict[str, float]], steer: float, v: float, accel: float = 0.0) -> np.ndarray:
+    """What a drive at a held command shows on a bank in the direction of the x axis, (n, 8)."""
+    car = model(base, {"road_bank": {"slope": BANK}, **effects})  # type: ignore[arg-type]
+    replay = Replay(car, T, {"steer_cmd": 0.0 * T + steer, "accel_cmd": 0.0 * T + accel})
+    states = np.array([[0.0, 0.0, 0.0, v, math.nan, math.nan]])
+    return np.asarray(replay.run(starts=np.array([0]), states=states))
+
+
+def test_a_body_that_leans_on_a_bank_turns_the_wheels_of_a_car_that_drives_straight_on() -> None:
+    """Without turning, the axles slip by the weight across alone: d = gain sin(bank) + m/L (b/C_f - a/C_r) g sin(bank).
+    The heading stays, so the bank does, too."""
+    length, front, mass = CAR["wheelbase"], CAR["cg_to_front_axle"], CAR["mass"]
+    soft = mass / length * ((length - front) / CAR[STIFF[0]] - front / CAR[STIFF[1]])
+    steer = (0.1 + soft * G) * math.sin(BANK)
+    rows = shown("dynamic_bicycle", {"roll_dynamics": {"gain": 0.1, "tau": 0.2}}, steer, 10.0)
+    assert abs(rows[-1, YAW_RATE]) < 1e-3
+    slow = shown("dynamic_bicycle", {"roll_dynamics": {"gain": 0.1, "tau": 0.2}}, 0.0, 0.5)
+    assert slow[[0, -1], STEER] == pytest.approx(-0.1 * math.sin(BANK), rel=3e-3)
