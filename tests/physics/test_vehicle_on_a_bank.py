@@ -35,3 +35,12 @@ def test_a_body_that_leans_on_a_bank_turns_the_wheels_of_a_car_that_drives_strai
     assert abs(rows[-1, YAW_RATE]) < 1e-3
     slow = shown("dynamic_bicycle", {"roll_dynamics": {"gain": 0.1, "tau": 0.2}}, 0.0, 0.5)
     assert slow[[0, -1], STEER] == pytest.approx(-0.1 * math.sin(BANK), rel=3e-3)
+
+
+def test_tyres_that_hold_a_car_on_a_bank_drag_as_those_that_turn_it() -> None:
+    """c g sin(bank) of a car that drives straight on; none where the bank turns the car and the tyres need not."""
+    straight = shown("kinematic_bicycle", {"cornering_drag": {"c": 0.2}}, 0.0, 10.0)
+    assert straight[100, AX] == pytest.approx(-0.2 * G * math.sin(BANK))
+    bend = math.atan(-G * math.sin(BANK) / 10.0**2 * CAR["wheelbase"])  # v r = -g sin(bank)
+    turning = shown("kinematic_bicycle", {"cornering_drag": {"c": 0.2}}, bend, 10.0)
+    assert turning[0, AX] == pytest.approx(0.0, abs=1e-9)
