@@ -44,3 +44,19 @@ def test_tyres_that_hold_a_car_on_a_bank_drag_as_those_that_turn_it() -> None:
     bend = math.atan(-G * math.sin(BANK) / 10.0**2 * CAR["wheelbase"])  # v r = -g sin(bank)
     turning = shown("kinematic_bicycle", {"cornering_drag": {"c": 0.2}}, bend, 10.0)
     assert turning[0, AX] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("base", ["kinematic_bicycle", "dynamic_bicycle"])
+@pytest.mark.parametrize("v", [0.0, 0.8])
+def test_the_springs_of_a_slow_car_on_a_bank_give_way_as_those_of_a_fast_one(base: str, v: float) -> None:
+    rows = shown(base, {"body_roll": {"gain": 0.2}}, 0.0, v)
+    assert rows[[0, -1], AY] == pytest.approx(1.2 * G * math.sin(BANK), rel=5e-3)
+
+
+def test_a_car_that_gets_faster_on_a_bank_sways_without_a_jump() -> None:
+    """From 0.5 to 2.5 m/s, past the speeds between which its tyres come in; its springs are steady in 0.2 s."""
+    lean = {"gain": 0.2, "frequency": 4.0, "damping": 0.9}
+    swaying, stiff = (shown("dynamic_bicycle", e, 0.2, 0.5, 0.25) for e in ({"body_roll": lean}, {}))
+    leaning = swaying[:400, AY] - stiff[:400, AY]
+    assert np.abs(np.diff(leaning)).max() < 0.005
+    assert leaning == pytest.approx(0.2 * stiff[:400, AY], abs=0.05)  # it is 0.1 s late
