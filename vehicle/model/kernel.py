@@ -199,6 +199,8 @@ def _along(x: Any, blend: float, mode: int) -> float:
     smooth = x.traction + x.drag + x.mass * _pull(x.grade)
     if blend > 0.0:
         smooth += blend * (x.mass * x.yaw_rate * x.vy - x.fy_front * math.sin(x.steer))
+    if blend < 1.0 and x.bank != 0.0:  # turning moves the centre of gravity up or down a slope across, too
+        smooth += (1.0 - blend) * x.mass * _pull(x.bank) * x.cg_rear * x.curvature
     v1 = x.vx + x.dt * smooth / inertia
     friction = x.dt * (x.brake + x.resistance) / inertia
     if v1 > friction:
