@@ -126,15 +126,27 @@ def test_power_limits_the_traction_with_speed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("vx", "brake", "traction", "shift"), [(9.0, 3000.0, 0.0, -1), (9.0, 0.0, 3000.0, 1), (-9.0, 0.0, 3000.0, -1)]
+    ("vx", "brake", "traction", "shift"),
+    [(9.0, 3200.0, 0.0, -1), (9.0, 0.0, 3200.0, 1), (-9.0, 3200.0, 0.0, 1), (-9.0, 0.0, 3200.0, 1)],
 )
 def test_a_force_along_shifts_load_between_the_axles(vx: float, brake: float, traction: float, shift: int) -> None:
-    """3000 N of 1500 kg: 2 m/s^2; c 2 / g L over the arm of the other axle, 1.6 and 1.2 m."""
+    """3200 N of 1600 kg, whatever mass commands are for: 2 m/s^2; c 2 / g L over the arm of the other axle, 1.6 and
+    1.2 m. Brakes hold back, whichever way the car rolls."""
     x = applied(axle_load_shift, bus(vx=vx, brake=brake, traction=traction, **TYRES), c=0.3)
     moved = shift * 0.3 * 2.0 / GRAVITY * 2.8
     front, rear = 1.0 - moved / 1.6, 1.0 + moved / 1.2
     assert (x.fy_front, x.tangent_front) == pytest.approx((3000.0 * front, 60e3 * front))
     assert (x.fy_rear, x.tangent_rear) == pytest.approx((2000.0 * rear, 80e3 * rear))
+
+
+def test_load_shifts_by_what_reaches_the_road() -> None:
+    """4000 N drive 1600 kg and turning parts of 400 kg against 1000 N of tyres and 600 N of the air: 1.2 m/s^2, for
+    which the parts take 480 N; the air pushes in the middle of the car, and the tyres hold 2520 N."""
+    forces = {"traction": 4000.0, "resistance": 1000.0, "drag": -600.0, "rotating_mass": 400.0}
+    x = applied(axle_load_shift, bus(vx=9.0, **forces, **TYRES), c=0.3)
+    assert x.load_front == pytest.approx(1.0 - 0.3 * 2520.0 / 1600.0 / GRAVITY * 2.8 / 1.6)
+    still = applied(axle_load_shift, bus(**forces, **TYRES), c=0.3)
+    assert still.load_front == pytest.approx(1.0 - 0.3 * 3000.0 / 1600.0 / GRAVITY * 2.8 / 1.6)
 
 
 @pytest.mark.parametrize(("brake", "front", "rear"), [(1e6, 1.8, 0.2), (-1e6, 0.2, 1.8)])
@@ -205,7 +217,7 @@ def test_what_tyres_hold_at_most_follows_the_load(brake: float) -> None:
     load = m (g l + a h)/L, here with a centre of gravity 0.5 m high."""
     x = bus(vx=20.0, brake=brake, fy_front=1e7, fy_rear=1e7)
     x = applied(tyre_saturation, applied(axle_load_shift, x, c=0.5 / 2.8), limit=6.0)
-    slows = brake / 1500.0
+    slows = brake / 1600.0
     assert x.fy_front == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.6 + slows * 0.5) / 2.8)
     assert x.fy_rear == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.2 - slows * 0.5) / 2.8)
 

@@ -20,13 +20,13 @@ HALF_PI = 0.5 * math.pi
 
 
 def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, Any] | None = None) -> tuple[Any, Any]:
-    x, m = SimpleNamespace(**{**LEVEL, **bus}), SimpleNamespace(**(memory or {}))
+    x, m = SimpleNamespace(**{**QUIET, **bus}), SimpleNamespace(**(memory or {}))
     find_effect(name).function(x, SimpleNamespace(**p), m)
     return x, m
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
-LEVEL = {"bank": 0.0}  # the road, where a case says nothing else
+QUIET = {"bank": 0.0, "resistance": 0.0, "rotating_mass": 0.0}  # where a case says nothing else
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,
@@ -137,13 +137,13 @@ PLAIN: tuple[Row, ...] = (
      {"fy_front": 800.0, "fy_rear": 640.0, "tangent_front": 2e5, "tangent_rear": 1.6e5}),
     ("load_transfer", {"c": 0.8}, {**TURN, "vx": 10.0, "yaw_rate": 0.2 * GRAVITY},
      {"fy_front": 200.0, "fy_rear": 160.0, "tangent_front": 5e4, "tangent_rear": 4e4}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 0.0, "brake": 100.0 * GRAVITY,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 0.0, "brake": 100.0 * GRAVITY,
                                      "vx": 1.0},
      {"fy_front": 1200.0, "tangent_front": 3e5, "fy_rear": 600.0, "tangent_rear": 1.5e5}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 0.0, "brake": 100.0 * GRAVITY,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 0.0, "brake": 100.0 * GRAVITY,
                                      "vx": -1.0},
      {"fy_front": 800.0, "tangent_front": 2e5, "fy_rear": 1000.0, "tangent_rear": 2.5e5}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 1000.0 * GRAVITY, "brake": 0.0,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 1000.0 * GRAVITY, "brake": 0.0,
                                      "vx": 1.0},
      {"fy_front": 200.0, "tangent_front": 5e4, "fy_rear": 1440.0, "tangent_rear": 3.6e5}),
     ("tyre_saturation", {"limit": 0.5},
