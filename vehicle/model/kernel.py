@@ -141,8 +141,10 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     if held:
         hold_along(x)
     if mode == IMPOSED:  # whatever drive and brakes are: their forces are those of the motion
-        x.traction = x.mass_ref * max(x.accel_cmd, 0.0) if x.vx >= 0.0 else 0.0
-        x.brake = x.mass_ref * max(x.accel_cmd if x.vx < 0.0 else -x.accel_cmd, 0.0)
+        need = (x.mass + x.rotating_mass) * x.accel_cmd - x.drag - x.mass * _pull(x.grade)
+        need += x.resistance if x.vx >= 0.0 else -x.resistance
+        x.traction = max(need, 0.0) if x.vx >= 0.0 else 0.0
+        x.brake = max(need if x.vx < 0.0 else -need, 0.0)
     if kind == DYNAMIC:
         _tyres(x)
     _slot(SHAPES, bus, table, bounds, parameters, memory)
