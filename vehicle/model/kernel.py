@@ -32,6 +32,7 @@ from numba.extending import intrinsic
 from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.model.bus import BLEND_TIME, GRAVITY
+from vehicle.model.imposed_speed import push_as_told, take_as_shown
 from vehicle.model.road_hold import hold, hold_across, hold_along, hold_path, left_across
 
 KINEMATIC, DYNAMIC = 0, 1
@@ -140,11 +141,8 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _slot(2, bus, table, bounds, parameters, memory)
     if held:
         hold_along(x)
-    if mode == IMPOSED:  # whatever drive and brakes are: their forces are those of the motion
-        need = (x.mass + x.rotating_mass) * x.accel_cmd - x.drag - x.mass * _pull(x.grade)
-        need += x.resistance if x.vx >= 0.0 else -x.resistance
-        x.traction = max(need, 0.0) if x.vx >= 0.0 else 0.0
-        x.brake = max(need if x.vx < 0.0 else -need, 0.0)
+    if mode == IMPOSED:
+        push_as_told(x)
     if kind == DYNAMIC:
         _tyres(x)
     _slot(SHAPES, bus, table, bounds, parameters, memory)
@@ -196,7 +194,7 @@ def _pull(slope: float) -> float:
 def _along(x: Any, blend: float, mode: int) -> float:
     """Speed at the end of the step: smooth forces, then dry friction, which can stop the car but not reverse it."""
     if mode == IMPOSED:
-        return float(x.v_cmd)
+        return float(x.v_cmd / x.speed_gain)
     inertia = x.mass + x.rotating_mass
     smooth = x.traction + x.drag + x.mass * _pull(x.grade)
     if blend > 0.0:
@@ -454,7 +452,9 @@ def replay(
     segment = 0
     seen = t[0]
     took = 0.0
-    for k in range(n):
+    kept = memory.copy() if mode == IMPOSED else memory
+    for turn in range(-1 if mode == IMPOSED else 0, n):  # an imposed speed: the first row twice, see `take_as_shown`
+        k = max(turn, 0)
         if segment < starts.shape[0] and starts[segment] == k:
             if k > 0:
                 _restart(x, states[segment])
@@ -485,6 +485,11 @@ def replay(
                 row[0], row[1], row[2], row[3] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v
                 row[4], row[5], row[6] = x.meas_yaw_rate, x.meas_ax, x.meas_ay
                 row[7] = x.steer + x.steer_lead
+                if mode == IMPOSED:
+                    take_as_shown(x, turn < 0, states)
+                if turn < 0:
+                    memory[:] = kept
+                    break
                 if k == n - 1:
                     break
             took = _move(x, blend, v1, mode)
