@@ -70,8 +70,10 @@ def test_wind_with_a_direction_acts_with_its_part_along_the_car(yaw: float, ahea
 @pytest.mark.parametrize(("accel", "damping"), [(-3.0, 0.02), (0.0, 0.02), (1.0, 0.035), (4.0, 0.08), (9.0, 0.08)])
 def test_a_motor_brakes_by_its_damping(accel: float, damping: float) -> None:
     """Between what it is without and with full throttle (4 m/s^2); gear 9 over 0.3 m makes (30 1/m)^2."""
-    x = applied(motor_damping, bus(accel=accel, vx=2.0, drag=5.0), full=0.08, zero=0.02)
-    assert x.drag == pytest.approx(5.0 - damping * 900.0 * 2.0)
+    for speed in (2.0, -2.0):
+        x = applied(motor_damping, bus(accel=accel, vx=speed, resistance=5.0), full=0.08, zero=0.02)
+        assert (x.resistance, x.drag) == (pytest.approx(5.0 + damping * 900.0 * 2.0), 0.0)
+        assert x.drive_drag == pytest.approx(damping * 900.0 * 2.0)
 
 
 def test_a_motor_adds_its_inertia_by_the_square_of_the_gear() -> None:

@@ -75,6 +75,7 @@ class Bus(Protocol):
     traction: Annotated[float, "N", "along the wheels, >= 0 drives forward"]
     brake: Annotated[float, "N", ">= 0, opposes motion and holds at standstill"]
     resistance: Annotated[float, "N", ">= 0, opposes motion and holds at standstill (dry friction)"]
+    drive_drag: Annotated[float, "N", "part of resistance with which the drive holds its wheels back"]
     drag: Annotated[float, "N", "along x, signed, depends smoothly on speed"]
     push: Annotated[float, "N", "of the wind across, at the centre of gravity, > 0 to the left"]
     rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
