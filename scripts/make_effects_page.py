@@ -19,7 +19,7 @@ HEAD = """\
 # Effects
 
 A vehicle model consists of a base (`kinematic_bicycle`, `dynamic_bicycle`) and of effects that act on it. One compiled
-step computes them all: commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value
+step computes them all: commands -> actuators -> road -> forces -> body -> sensors. An effect at its neutral value
 changes nothing. `dvp effects` lists the effects, `dvp effects NAME` describes one, and `--json` is for programs.
 `python -m scripts.make_effects_page` writes this page.
 
@@ -80,7 +80,8 @@ A run of 165 s at 50 Hz takes about 0.5 ms; a changed value adds nothing to it. 
 
 `longitudinal` may be `accel_cmd`, `throttle_cmd + brake_cmd`, `throttle_cmd + brake_pressure`, `throttle_cmd`,
 `motor_current`, `speed_cmd` (with the effect `speed_controller`) or `v` (measured: then only lateral motion is
-judged; the slope of `v` over 0.2 s shifts load between the axles, and is what steered wheels pull or brake with).
+judged; the slope of `v` over 0.2 s, with what hills and drags take, shifts load between the axles, and is what steered
+wheels pull or brake with; where effects say that the wheels show another speed than the car has, `v` is the shown one).
 Input scales are in `[inputs]` and can be fitted. `steer_scale` and `steer_zero` say what a column of a log means. They
 change nothing when a stack drives the model, because it commands the angle of the road wheels [rad]: there,
 `steer_ratio` and `steer_offset` act.
@@ -120,9 +121,9 @@ The slots are computed in this order:
 |---|---|
 | command | `x.steer`, `x.accel` as wanted |
 | actuator | `x.steer`, `x.accel` as produced, mean over the step (`x.steer_lead`, `x.accel_lead`: start minus mean) |
+| road | `x.grade`, `x.bank` |
 | force | `x.traction`, `x.brake`, `x.resistance` [N, >= 0], `x.drag` [N, signed] |
 | body | `x.fy_front`, `x.fy_rear`, their tangents, `x.turning_inertia`, `x.yaw_moment` |
-| road | `x.grade`, `x.bank` |
 | sensor | `x.meas_...` |
 | perception | object tracks: (tracks, p, rng), `vehicle/model/perception_effects.py`; [perception.md](perception.md) |
 
@@ -133,7 +134,7 @@ FIELDS = """\
 
 All fields are doubles in SI units, with x forward, y left and yaw counter-clockwise. An effect may read all of them in
 any slot (a field that a later slot sets holds the value of the last step) and may change those of its slot. Each step
-computes: command, slots command and actuator, forces, tyres, slot body, slot road, integration, slot sensor. A road of
+computes: command, slots command, actuator, road and force, tyres, slot body, integration, slot sensor. A road of
 a stated friction cuts traction and brake after the slot force, and the side forces of the axles after the effects of
 the slot body up to order 60 (`tyre_saturation`); those of a higher order get what the road holds.
 """

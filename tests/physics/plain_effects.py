@@ -14,7 +14,7 @@ CAR = {
     "wheelbase": 2.8, "cg_front": 1.2, "cg_rear": 1.6, "cg_height": 0.5, "mass": 1600.0, "mass_ref": 1500.0,
     "yaw_inertia": 2500.0, "turning_inertia": 2500.0, "wheel_radius": 0.3, "gear_ratio": 9.0, "full_throttle": 4.0,
     "full_brake": 8.0, "slow": 1.0, "dt": 0.1, "accel_arrived": 0.0,
-    "load_front": 1.0, "load_rear": 1.0,
+    "load_front": 1.0, "load_rear": 1.0, "speed_gain": 1.0,
 }  # fmt: skip
 """A car of which no two numbers are the same by chance."""
 

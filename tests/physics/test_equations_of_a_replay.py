@@ -37,7 +37,7 @@ def replayed(
         row[: len(command)] = command
     change = np.zeros((n, 2)) if slopes is None else np.array(slopes)
     plain("replay", *effects)(
-        [x], kind, mode, None, None, None, None, np.array(t[:n]), given, change, step,
+        [x], kind, mode, None, None, None, np.zeros(1), np.array(t[:n]), given, change, step,
         np.array(starts, dtype=int), np.array(states).reshape(-1, 6), out,
     )  # fmt: skip
     return out, x

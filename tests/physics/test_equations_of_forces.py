@@ -70,8 +70,10 @@ def test_wind_with_a_direction_acts_with_its_part_along_the_car(yaw: float, ahea
 @pytest.mark.parametrize(("accel", "damping"), [(-3.0, 0.02), (0.0, 0.02), (1.0, 0.035), (4.0, 0.08), (9.0, 0.08)])
 def test_a_motor_brakes_by_its_damping(accel: float, damping: float) -> None:
     """Between what it is without and with full throttle (4 m/s^2); gear 9 over 0.3 m makes (30 1/m)^2."""
-    x = applied(motor_damping, bus(accel=accel, vx=2.0, drag=5.0), full=0.08, zero=0.02)
-    assert x.drag == pytest.approx(5.0 - damping * 900.0 * 2.0)
+    for speed in (2.0, -2.0):
+        x = applied(motor_damping, bus(accel=accel, vx=speed, resistance=5.0), full=0.08, zero=0.02)
+        assert (x.resistance, x.drag) == (pytest.approx(5.0 + damping * 900.0 * 2.0), 0.0)
+        assert x.drive_drag == pytest.approx(damping * 900.0 * 2.0)
 
 
 def test_a_motor_adds_its_inertia_by_the_square_of_the_gear() -> None:
@@ -126,15 +128,27 @@ def test_power_limits_the_traction_with_speed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("vx", "brake", "traction", "shift"), [(9.0, 3000.0, 0.0, -1), (9.0, 0.0, 3000.0, 1), (-9.0, 0.0, 3000.0, -1)]
+    ("vx", "brake", "traction", "shift"),
+    [(9.0, 3200.0, 0.0, -1), (9.0, 0.0, 3200.0, 1), (-9.0, 3200.0, 0.0, 1), (-9.0, 0.0, 3200.0, 1)],
 )
 def test_a_force_along_shifts_load_between_the_axles(vx: float, brake: float, traction: float, shift: int) -> None:
-    """3000 N of 1500 kg: 2 m/s^2; c 2 / g L over the arm of the other axle, 1.6 and 1.2 m."""
+    """3200 N of 1600 kg, whatever mass commands are for: 2 m/s^2; c 2 / g L over the arm of the other axle, 1.6 and
+    1.2 m. Brakes hold back, whichever way the car rolls."""
     x = applied(axle_load_shift, bus(vx=vx, brake=brake, traction=traction, **TYRES), c=0.3)
     moved = shift * 0.3 * 2.0 / GRAVITY * 2.8
     front, rear = 1.0 - moved / 1.6, 1.0 + moved / 1.2
     assert (x.fy_front, x.tangent_front) == pytest.approx((3000.0 * front, 60e3 * front))
     assert (x.fy_rear, x.tangent_rear) == pytest.approx((2000.0 * rear, 80e3 * rear))
+
+
+def test_load_shifts_by_what_reaches_the_road() -> None:
+    """4000 N drive 1600 kg and turning parts of 400 kg against 1000 N of tyres and 600 N of the air: 1.2 m/s^2, for
+    which the parts take 480 N; the air pushes in the middle of the car, and the tyres hold 2520 N."""
+    forces = {"traction": 4000.0, "resistance": 1000.0, "drag": -600.0, "rotating_mass": 400.0}
+    x = applied(axle_load_shift, bus(vx=9.0, **forces, **TYRES), c=0.3)
+    assert x.load_front == pytest.approx(1.0 - 0.3 * 2520.0 / 1600.0 / GRAVITY * 2.8 / 1.6)
+    still = applied(axle_load_shift, bus(**forces, **TYRES), c=0.3)
+    assert still.load_front == pytest.approx(1.0 - 0.3 * 3000.0 / 1600.0 / GRAVITY * 2.8 / 1.6)
 
 
 @pytest.mark.parametrize(("brake", "front", "rear"), [(1e6, 1.8, 0.2), (-1e6, 0.2, 1.8)])
@@ -181,6 +195,12 @@ def test_load_transfer_takes_stiffness_with_the_square_of_lateral_acceleration(y
     assert {key: getattr(x, key) for key in TYRES} == pytest.approx({key: value * left for key, value in TYRES.items()})
 
 
+def test_load_moves_by_what_a_bank_makes_tyres_hold_too() -> None:
+    """5 m/s^2 of a turn, on a road that sinks to its inside by an eighth: the tyres hold an eighth of g less."""
+    x = applied(load_transfer, bus(vx=10.0, yaw_rate=0.5, bank=-math.asin(0.125), **TYRES), c=0.2)
+    assert x.fy_front == pytest.approx(TYRES["fy_front"] * (1.0 - 0.2 * (5.0 / GRAVITY - 0.125) ** 2))
+
+
 def test_tyres_saturate_at_their_share_of_the_load() -> None:
     """6 m/s^2 of 1600 kg, 1.6 / 2.8 of it at the front; F = M tanh(F / M) with the slope 1 - tanh^2."""
     x = applied(tyre_saturation, bus(**TYRES), limit=6.0)
@@ -199,7 +219,7 @@ def test_what_tyres_hold_at_most_follows_the_load(brake: float) -> None:
     load = m (g l + a h)/L, here with a centre of gravity 0.5 m high."""
     x = bus(vx=20.0, brake=brake, fy_front=1e7, fy_rear=1e7)
     x = applied(tyre_saturation, applied(axle_load_shift, x, c=0.5 / 2.8), limit=6.0)
-    slows = brake / 1500.0
+    slows = brake / 1600.0
     assert x.fy_front == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.6 + slows * 0.5) / 2.8)
     assert x.fy_rear == pytest.approx(6.0 / GRAVITY * 1600.0 * (GRAVITY * 1.2 - slows * 0.5) / 2.8)
 
@@ -227,6 +247,17 @@ def test_slip_that_moved_during_the_last_step_has_moved_the_forces_too() -> None
     relaxing(bus(vx=6.0, **TYRES, slip_change_front=0.01, slip_change_rear=-0.02))
     assert relaxing.memory.front == pytest.approx(3000.0 + 60e3 * 0.01 * (1.0 - gone))
     assert relaxing.memory.rear == pytest.approx(2000.0 - 80e3 * 0.02 * (1.0 - gone))
+
+
+def test_relaxing_forces_begin_a_step_as_the_last_one_left_them() -> None:
+    """Steered by 0.01 rad more at its start than in its mean, whose tangent counts for that already."""
+    relaxing = Applied(tyre_relaxation, length=0.6)
+    relaxing(bus(vx=6.0, **TYRES))
+    x = relaxing(bus(vx=6.0, steer_lead=0.01, **{**TYRES, "fy_front": 4000.0, "fy_rear": 1000.0}))
+    assert x.fy_front + x.fy_front_lead + 0.01 * x.tangent_front == pytest.approx(3000.0)
+    assert x.fy_rear + x.fy_rear_lead == pytest.approx(2000.0)
+    x = Applied(tyre_relaxation, length=0.0)(bus(vx=6.0, fy_front_lead=5.0, fy_rear_lead=5.0, **TYRES))
+    assert (x.fy_front_lead, x.fy_rear_lead) == (0.0, 0.0)
 
 
 def test_relaxation_counts_no_slower_than_the_slow_speed() -> None:
@@ -362,8 +393,9 @@ def test_a_swaying_body_is_an_oscillator() -> None:
 
 
 def test_a_slow_car_sways_by_its_kinematic_motion() -> None:
-    """1 m/s is slow: v^2 times curvature."""
-    for speed, pushed in ((1.0, 0.2), (1.01, 5000.0 / 1600.0)):
+    """1 m/s is slow: v^2 times curvature; at 1.5 m/s half of it, at 2 m/s only what the tyres give."""
+    given = 5000.0 / 1600.0
+    for speed, pushed in ((1.0, 0.2), (1.5, 0.5 * (0.45 + given)), (2.0, given)):
         x = applied(body_roll, bus(vx=speed, curvature=0.2, fy_front=3000.0, fy_rear=2000.0), gain=0.1)
         assert x.lean_y == pytest.approx(0.1 * pushed)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -288,19 +289,29 @@ def test_a_replay_of_a_car_that_coasts_round_slowly_gains_nothing_either(speed: 
     ("name", "values"),
     [("axle_load_shift", {"c": 0.2}), ("steered_wheel_forces", {"drive": 1.0, "brake": 0.6})],
 )
+@pytest.mark.parametrize(
+    "beside",
+    [{}, {"road_grade": {"slope": 0.15}, "aero_drag": {"k": 0.003}, "motor_inertia": {"J": 0.3}}, {"command_mass": {}}],
+)
 def test_forces_of_an_imposed_speed_are_those_that_drive_and_brakes_would_have(
-    name: str, values: dict[str, float]
+    name: str, values: dict[str, float], beside: dict[str, dict[str, float]]
 ) -> None:
+    """On a hill against the wind, too, and in a car whose mass is not the one that commands are for."""
     t = np.arange(0.0, 12.0, 0.02)
     accel = np.where(t < 6.0, 2.0, -3.0) * np.minimum(np.abs(t - 6.0), 1.0)
     commands = {"steer_cmd": 0.03 + 0.02 * np.sin(0.8 * t), "accel_cmd": accel, "brake_cmd": 0.0 * t}
     start = {"starts": np.array([0]), "states": np.array([[0.0, 0.0, 0.0, 8.0, math.nan, math.nan]])}
-    driven = Replay(model("dynamic_bicycle", {name: values}), t, commands).run(**start)  # type: ignore[arg-type]
+    effects = {k: dict(v) for k, v in beside.items() if k != "command_mass"}
+    car = {"command_mass": CAR["mass"] / (1.4 if "command_mass" in beside else 1.0)}
+
+    def made(values: dict[str, dict[str, float]], **inputs: object) -> Any:
+        return model("dynamic_bicycle", effects | values, **inputs).with_car(car)
+
+    driven = Replay(made({name: values}), t, commands).run(**start)  # type: ignore[arg-type]
     v = {"steer_cmd": commands["steer_cmd"], "v": driven[:, 3]}
 
     def turning(effects: dict[str, dict[str, float]], **more: float) -> np.ndarray:
-        given = Replay(model("dynamic_bicycle", effects | {k: {"g": x} for k, x in more.items()},
-                             longitudinal=("v",)), t, v)  # fmt: skip
+        given = Replay(made(effects | {k: {"g": x} for k, x in more.items()}, longitudinal=("v",)), t, v)
         return np.asarray(given.run(**start)[:, 4])  # type: ignore[arg-type]
 
     with_it, without = turning({name: values}), turning({})
@@ -309,3 +320,17 @@ def test_forces_of_an_imposed_speed_are_those_that_drive_and_brakes_would_have(
     assert off > 0.003
     # What drive and brakes make of commands says nothing of it.
     assert turning({name: values}, drive_gain=0.5, brake_gain=0.5) == pytest.approx(with_it, abs=0.0)
+
+
+@pytest.mark.parametrize("effects", [{}, {"steer_compliance": {"c": 0.004}}])
+def test_what_relaxing_tyres_show_at_a_stamp_does_not_follow_from_the_length_of_the_steps(
+    effects: dict[str, dict[str, float]],
+) -> None:
+    """Steps of the steering by 0.05 rad, which bend the path at 3 m/s^2."""
+    t = np.arange(0.0, 4.0, 0.02)
+    commands = {"steer_cmd": np.where(np.floor(2.0 * t) % 2.0 == 0.0, 0.0, 0.05), "accel_cmd": 0.0 * t}
+    car = model("dynamic_bicycle", {"tyre_relaxation": {"length": 0.6}, **effects})
+    start = {"starts": np.array([0]), "states": np.array([[0.0, 0.0, 0.0, 12.0, math.nan, math.nan]])}
+    shown, fine = (Replay(car, t, commands, step=step).run(**start) for step in (None, 2.5e-4))  # type: ignore[arg-type]
+    assert np.abs(fine[:, 6]).max() > 2.0
+    assert shown[:, 6] == pytest.approx(fine[:, 6], abs=0.005)

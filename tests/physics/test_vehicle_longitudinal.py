@@ -142,6 +142,11 @@ def test_motor_damping_at_zero_throttle_decays_exponentially() -> None:
     assert np.abs(rows[:, 5] - 10.0 * np.exp(-rate * rows[:, 0])).max() < 1e-3
 
 
+def test_an_idling_gearbox_pushes_a_car_that_rolls_back_down_a_hill_as_one_that_stands() -> None:
+    car = plant(effects={"creep": {"a": 0.5, "v0": 2.0}, "road_grade": {"slope": 0.1}})
+    assert car.advance(4000)[-1, 5] == pytest.approx((0.5 - G * math.sin(0.1)) * 4.0, rel=1e-6)
+
+
 def test_grade_pulls_back_with_g_sin_theta_and_turns_sign_with_the_heading() -> None:
     slope = {"road_grade": {"slope": 0.05, "heading": 0.0}}
     up, down = plant(effects=slope, v=10.0), plant(effects=slope, v=10.0, yaw=math.pi)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,3 +103,85 @@ def test_an_accelerometer_ahead_of_the_rear_axle_feels_the_turning_grow() -> Non
     model = parse_model(f"[parameters]\nwheelbase = {LENGTH}\nay_x = 1.5\n")
     rows = driven(model, -3.0, float(np.arctan(0.1 * LENGTH)), 8.0, 2.0)
     assert rows[50, 6] == pytest.approx(rows[50, V] ** 2 * 0.1 - 0.45, rel=1e-9)
+
+
+@pytest.mark.parametrize("base", ["kinematic_bicycle", "dynamic_bicycle"])
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        ("wheel_radius", {"ratio": 0.9}),
+        ("front_wheel_speed", {"share": 1.0}),
+        ("wheel_slip", {"c_brake": 0.01, "c_drive": 0.01}),
+    ],
+)
+def test_an_imposed_speed_is_the_one_that_the_wheels_show(base: str, effect: str, values: dict[str, float]) -> None:
+    """What a driven car shows drives it the same way again, from its first row on and beyond a restart."""
+    t = np.arange(0.0, 8.0, 0.02)
+    commands = {"steer_cmd": 0.15 + 0.15 * np.sin(0.7 * t), "accel_cmd": 2.0 * np.sin(0.8 * t)}
+    states = np.full((2, 6), np.nan)
+    states[0, :4] = 0.0, 0.0, 0.0, 3.0
+    starts = np.array([0, 150])
+    model = car(base).with_effect(effect, values)
+    driven = Replay(model, t, commands).run({}, starts=starts, states=states)
+    measured = replace(model, inputs=replace(model.inputs, longitudinal=("v",)))
+    states[:, 3] = driven[starts, V]
+    told = Replay(measured, t, {"steer_cmd": commands["steer_cmd"], "v": driven[:, V]}).run(
+        {}, starts=starts, states=states
+    )
+    assert told[:, V] == pytest.approx(driven[:, V], abs=0.02)
+    assert told[:, YAW_RATE] == pytest.approx(driven[:, YAW_RATE], abs=0.006)  # 0.015 and more with it for the true one
+    assert np.hypot(*(told[100] - driven[100])[:2]) < 0.02
+    assert np.hypot(*(told[-1] - driven[-1])[:2]) < 0.1
+
+
+COASTING: tuple[tuple[dict[str, dict[str, float]], float], ...] = (  # and by how much it slows a car at 12 m/s [m/s^2]
+    ({"lift_off_braking": {"a": 0.9}}, 0.9),
+    ({"motor_damping": {"zero": 0.25, "full": 0.25}}, 0.25 * (5.0 / 0.3) ** 2 * 12.0 / 1200.0),
+)
+
+
+def coasting_or_braked(kind: int, name: str, values: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """A bend of which the middle is at 12 m/s, slowed down by the drive and, as much, by brakes."""
+    effects, slows = COASTING[kind]
+    base = car("dynamic_bicycle").with_car({"gear_ratio": 5.0, "wheel_radius": 0.3}).with_effect(name, values)
+    coasting = base
+    for effect, its in effects.items():
+        coasting = coasting.with_effect(effect, its)
+    start = 12.0 + 0.5 * slows
+    return driven(coasting, 0.0, 0.1, start, 1.0), driven(base, -slows, 0.1, start, 1.0)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_a_drive_that_holds_the_car_back_shifts_load_as_brakes_do(kind: int) -> None:
+    coasting, braked = coasting_or_braked(kind, "axle_load_shift", {"c": 0.3})
+    even, _ = coasting_or_braked(kind, "axle_load_shift", {"c": 0.0})
+    assert coasting[50, YAW_RATE] - even[50, YAW_RATE] > 0.01
+    assert coasting[50, YAW_RATE] == pytest.approx(braked[50, YAW_RATE], abs=0.002)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_steered_wheels_that_the_drive_holds_back_act_as_braked_ones(kind: int) -> None:
+    coasting, braked = coasting_or_braked(kind, "steered_wheel_forces", {"drive": 1.0, "brake": 1.0})
+    even, _ = coasting_or_braked(kind, "steered_wheel_forces", {"drive": 0.0, "brake": 1.0})
+    assert coasting[50, YAW_RATE] - even[50, YAW_RATE] < -0.003
+    assert coasting[50, YAW_RATE] == pytest.approx(braked[50, YAW_RATE], abs=0.001)
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+def test_wheels_that_the_drive_holds_back_turn_slower(kind: int) -> None:
+    """0.01 s^2/m of what slows the car."""
+    coasting, _ = coasting_or_braked(kind, "wheel_slip", {"c_drive": 0.01})
+    free, _ = coasting_or_braked(kind, "wheel_slip", {"c_drive": 0.0})
+    assert coasting[50, V] == pytest.approx(free[50, V] * (1.0 - 0.01 * COASTING[kind][1]), rel=1e-3)
+
+
+def test_a_drive_that_must_speed_its_parts_up_slips_and_pulls_by_what_is_left() -> None:
+    """Parts of 400 kg beside 1200 kg take a quarter of 2 m/s^2 of traction."""
+    parts = {"J": 400.0 / (5.0 / 0.3) ** 2}
+    base = car("dynamic_bicycle").with_car({"gear_ratio": 5.0, "wheel_radius": 0.3})
+    turning = base.with_effect("motor_inertia", parts)
+    rows = driven(turning.with_effect("wheel_slip", {"c_drive": 0.01}), 2.0, 0.0, 10.0, 1.0)
+    assert rows[50:, V] == pytest.approx(driven(turning, 2.0, 0.0, 10.0, 1.0)[50:, V] * 1.015, rel=1e-6)
+    pulled = driven(turning.with_effect("steered_wheel_forces", {"drive": 1.0}), 2.0, 0.1, 10.0, 1.0)
+    less = driven(base.with_effect("steered_wheel_forces", {"drive": 1.0}), 1.5, 0.1, 10.0, 1.0)
+    assert pulled[-1, YAW_RATE] == pytest.approx(less[-1, YAW_RATE], abs=1e-3)

@@ -187,6 +187,20 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
 
 
 @compiled
+def ground(q: FloatArray, p: FloatArray) -> tuple[float, float]:
+    """Angles at which the ground rises ahead and to the left of the car at q [rad]."""
+    up = p[GRADE] * math.cos(q[YAW] - p[GRADE_H])
+    left = p[BANK] * math.cos(q[YAW] - p[BANK_H])
+    if p[HILL] != 0.0:
+        dx, dy = q[X] - p[HILL_X], q[Y] - p[HILL_Y]
+        z = p[HILL] * math.exp(-(dx * dx + dy * dy) / (2.0 * p[HILL_L] * p[HILL_L]))
+        zx, zy = -z * dx / (p[HILL_L] * p[HILL_L]), -z * dy / (p[HILL_L] * p[HILL_L])
+        up += math.atan(zx * math.cos(q[YAW]) + zy * math.sin(q[YAW]))
+        left += math.atan(zy * math.cos(q[YAW]) - zx * math.sin(q[YAW]))
+    return up, left
+
+
+@compiled
 def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> float:
     """Mean road-wheel angle of the step [rad]."""
     d = held(commands, last, 1, t - p[STEER_T])
@@ -226,7 +240,7 @@ def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: f
     if p[GUST] > 0.0:
         d += p[GUST] * math.sin(2.0 * math.pi * t / p[GUST_T])
     if p[ROLL_GAIN] > 0.0:
-        s[ROLL] = follow(s[ROLL], p[ROLL_GAIN] * s[R] * s[V] / G, p[ROLL_TAU])
+        s[ROLL] = follow(s[ROLL], p[ROLL_GAIN] * (s[R] * s[V] / G + math.sin(ground(s[:8], p)[1])), p[ROLL_TAU])
         d -= s[ROLL]
     return d
 
@@ -244,7 +258,7 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
     """Steady lateral forces of front and rear axle [N] in motion q."""
     a, b = p[C_A], p[C_L] - p[C_A]
     v = max(q[V], SLOW)
-    soft = 1.0 - p[TRANSFER] * (q[R] * q[V] / G) ** 2
+    soft = 1.0 - p[TRANSFER] * (q[R] * q[V] / G + math.sin(ground(q, p)[1])) ** 2
     stiff = p[C_CF] * soft
     slip = d - math.atan((q[VY] + a * q[R]) / v)
     load = p[C_M] * p[GRIP] / p[C_L]
@@ -263,20 +277,6 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
 
 
 @compiled
-def ground(q: FloatArray, p: FloatArray) -> tuple[float, float]:
-    """Angles at which the ground rises ahead and to the left of the car at q [rad]."""
-    up = p[GRADE] * math.cos(q[YAW] - p[GRADE_H])
-    left = p[BANK] * math.cos(q[YAW] - p[BANK_H])
-    if p[HILL] != 0.0:
-        dx, dy = q[X] - p[HILL_X], q[Y] - p[HILL_Y]
-        z = p[HILL] * math.exp(-(dx * dx + dy * dy) / (2.0 * p[HILL_L] * p[HILL_L]))
-        zx, zy = -z * dx / (p[HILL_L] * p[HILL_L]), -z * dy / (p[HILL_L] * p[HILL_L])
-        up += math.atan(zx * math.cos(q[YAW]) + zy * math.sin(q[YAW]))
-        left += math.atan(zy * math.cos(q[YAW]) - zx * math.sin(q[YAW]))
-    return up, left
-
-
-@compiled
 def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: FloatArray) -> None:
     """Time derivative f of the motion q at produced acceleration a and road-wheel angle d."""
     b = p[C_L] - p[C_A]
@@ -289,9 +289,10 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
     if p[WIND_H] != math.inf:  # of the vector over ground, the part against the car
         wind *= math.cos(p[WIND_H]) * c + math.sin(p[WIND_H]) * s
     wind += v
-    along = a - p[ROLLING] - p[VISCOUS] * v - p[AERO] * v * v - p[CORNER] * abs(r * v)
-    along += p[WIND_K] * (v * v - wind * abs(wind))
     up, left = ground(q, p)
+    across = -G * math.sin(left)
+    along = a - p[ROLLING] - p[VISCOUS] * v - p[AERO] * v * v - p[CORNER] * abs(r * v - across)
+    along += p[WIND_K] * (v * v - wind * abs(wind))
     along -= G * math.sin(up)
     f[VY] = f[R] = f[FF] = f[FR] = 0.0
     if slipping:
@@ -301,10 +302,11 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
             f[FR] = (rear - q[FR]) * v / p[RELAX]
             front, rear = q[FF], q[FR]
         d -= 1e-3 * p[COMPLY] * front  # the wheel as it stands
-        across = -G * math.sin(left)
         along += r * q[VY] - front * math.sin(d) / p[C_M]
         f[VY] = (front * math.cos(d) + rear) / p[C_M] - v * r + across
         f[R] = (p[C_A] * front * math.cos(d) - b * rear) / (p[C_I] * p[INERTIA])
+    else:
+        along += across * b * math.tan(d) / p[C_L]  # the centre of gravity moves across the slope as the car turns
     gear = min(p[GEAR_V] / v, 1.0) if v > 0.0 else 1.0
     f[V] = along / (1.0 + p[GEAR] * gear * gear)
 

@@ -35,6 +35,7 @@ for _helper in (
     step_maths.arrived,
     step_maths.remember,
     step_maths.recall,
+    step_maths.spin_up,
 ):
     register_jitable(_helper)
 

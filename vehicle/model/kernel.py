@@ -1,4 +1,4 @@
-"""The compiled step: commands -> actuators -> forces -> body -> road -> motion -> sensors.
+"""The compiled step: commands -> actuators -> road -> forces -> body -> motion -> sensors.
 
 `run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples; a row
 shows the motion at its stamp under the command that begins there.
@@ -32,6 +32,7 @@ from numba.extending import intrinsic
 from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.model.bus import BLEND_TIME, GRAVITY
+from vehicle.model.imposed_speed import push_as_told, take_as_shown
 from vehicle.model.road_hold import hold, hold_across, hold_along, hold_path, left_across
 
 KINEMATIC, DYNAMIC = 0, 1
@@ -114,12 +115,14 @@ def _tyres(x: Any) -> None:
 @compiled
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
-    x.resistance = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
+    x.resistance = x.drive_drag = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     x.load_front = x.load_rear = 1.0
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)
+    x.grade, x.bank = x.road_grade, x.road_bank
+    _slot(4, bus, table, bounds, parameters, memory)
     steer = x.steer
     kinematic = math.tan(steer) / x.wheelbase
     x.curvature = x.yaw_rate / x.vx if kind == DYNAMIC and x.vx > 2.0 * x.slow else kinematic
@@ -138,9 +141,8 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _slot(2, bus, table, bounds, parameters, memory)
     if held:
         hold_along(x)
-    if mode == IMPOSED:  # whatever drive and brakes are: their forces are those of the motion
-        x.traction = x.mass_ref * max(x.accel_cmd, 0.0) if x.vx >= 0.0 else 0.0
-        x.brake = x.mass_ref * max(x.accel_cmd if x.vx < 0.0 else -x.accel_cmd, 0.0)
+    if mode == IMPOSED:
+        push_as_told(x)
     if kind == DYNAMIC:
         _tyres(x)
     _slot(SHAPES, bus, table, bounds, parameters, memory)
@@ -148,8 +150,6 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
         hold_across(x)
     _slot(TAKES, bus, table, bounds, parameters, memory)
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
-    x.grade, x.bank = x.road_grade, x.road_bank
-    _slot(4, bus, table, bounds, parameters, memory)
     if held:
         hold_path(x, left_across(x))
 
@@ -194,11 +194,13 @@ def _pull(slope: float) -> float:
 def _along(x: Any, blend: float, mode: int) -> float:
     """Speed at the end of the step: smooth forces, then dry friction, which can stop the car but not reverse it."""
     if mode == IMPOSED:
-        return float(x.v_cmd)
+        return float(x.v_cmd / x.speed_gain)
     inertia = x.mass + x.rotating_mass
     smooth = x.traction + x.drag + x.mass * _pull(x.grade)
     if blend > 0.0:
         smooth += blend * (x.mass * x.yaw_rate * x.vy - x.fy_front * math.sin(x.steer))
+    if blend < 1.0 and x.bank != 0.0:  # turning moves the centre of gravity up or down a slope across, too
+        smooth += (1.0 - blend) * x.mass * _pull(x.bank) * x.cg_rear * x.curvature
     v1 = x.vx + x.dt * smooth / inertia
     friction = x.dt * (x.brake + x.resistance) / inertia
     if v1 > friction:
@@ -361,10 +363,11 @@ def _look(x: Any, blend: float, v1: float, took: float = 0.0) -> None:
         ay += x.ay_x * (rate * bend - x.vx * (1.0 + bend * bend) * 2.0 * x.steer_lead / x.dt) / x.wheelbase
     if blend > 0.0:
         cos_d = math.cos(steer)
-        front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
-        turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
+        front = (x.fy_front + x.tangent_front * x.steer_lead + x.fy_front_lead) * cos_d
+        rear = x.fy_rear + x.fy_rear_lead
+        turn = (x.cg_front * front - x.cg_rear * rear + x.yaw_moment) / x.turning_inertia
         r += blend * (x.yaw_rate - kinematic)
-        ay += blend * ((front + x.fy_rear + x.push) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
+        ay += blend * ((front + rear + x.push) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ay = r, ay + x.lean_y
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)
@@ -450,7 +453,9 @@ def replay(
     segment = 0
     seen = t[0]
     took = 0.0
-    for k in range(n):
+    kept = memory.copy() if mode == IMPOSED else memory
+    for turn in range(-1 if mode == IMPOSED else 0, n):  # an imposed speed: the first row twice, see `take_as_shown`
+        k = max(turn, 0)
         if segment < starts.shape[0] and starts[segment] == k:
             if k > 0:
                 _restart(x, states[segment])
@@ -481,6 +486,11 @@ def replay(
                 row[0], row[1], row[2], row[3] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v
                 row[4], row[5], row[6] = x.meas_yaw_rate, x.meas_ax, x.meas_ay
                 row[7] = x.steer + x.steer_lead
+                if mode == IMPOSED:
+                    take_as_shown(x, turn < 0, states)
+                if turn < 0:
+                    memory[:] = kept
+                    break
                 if k == n - 1:
                     break
             took = _move(x, blend, v1, mode)

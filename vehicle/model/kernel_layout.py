@@ -115,6 +115,7 @@ def bus_of(model: VehicleModel) -> Any:
         "full_throttle": inputs.full_throttle,
         "full_brake": inputs.full_brake,
         "steer_scale": 1.0,
+        "speed_gain": 1.0,
     }
     for name, value in values.items():
         bus[name] = value

@@ -21,7 +21,7 @@ from vehicle.model.command_inputs import command_table
 from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.kernel import replay
+from vehicle.model.kernel import IMPOSED, replay
 from vehicle.model.kernel_layout import Layout, body_kind, bus_of, check_delay, input_mode
 from vehicle.model.vehicle_model import VehicleModel
 
@@ -101,7 +101,7 @@ class Replay:
         `starts` (m,), increasing rows, and `states` (m, 6): there the motion takes x, y, yaw, v, vy (at the rear axle),
         yaw rate of states[j]; NaN runs on. Actuators (delay lines, lags, rate limits, play) always run on; sensors that
         show the past see a past moved along with the car. Without starts the car begins at rest at the origin (with an
-        imposed speed, at that speed). `out` is filled and returned if given.
+        imposed speed, at that speed, whatever `states` say of it). `out` is filled and returned if given.
 
         Raises ModelError on an unknown effect or key, or a value that the equation does not allow.
         """
@@ -119,6 +119,9 @@ class Replay:
         states = np.ascontiguousarray(states, dtype=np.float64)
         if states.shape != (len(at), 6) or (len(at) > 1 and (np.diff(at) <= 0).any()):
             raise ModelError("starts must increase, states be (m, 6)", key="starts", found=str(states.shape))
+        if self._mode == IMPOSED:
+            states = states.copy()
+            states[:, 3] = np.nan
         if out is None:
             out = np.empty((len(self.t), len(MEASURED_COLUMNS)))
         replay(

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from vehicle.model.bus import GRAVITY
+
 DELAY_LINE = 1024  # steps in a delay line: 1.02 s at 1 kHz
 CLOCK = 1e-9  # s, stamps closer than this are the same
 
@@ -124,3 +126,12 @@ def recall(m: Any, t: float) -> tuple[int, int, float]:
     if span <= 0.0:
         return first, second, 0.0
     return first, second, min(max((t - m.times[first]) / span, 0.0), 1.0)
+
+
+def spin_up(x: Any) -> float:
+    """Force at the wheels [N] that speeds turning parts up with the car, so that the road need not hold it."""
+    if x.rotating_mass == 0.0 or x.vx == 0.0:
+        return 0.0
+    held = x.brake + x.resistance
+    along = x.traction + x.drag - x.mass * GRAVITY * math.sin(x.grade) - (held if x.vx > 0.0 else -held)
+    return float(x.rotating_mass * along / (x.mass + x.rotating_mass))

@@ -20,12 +20,13 @@ HALF_PI = 0.5 * math.pi
 
 
 def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, Any] | None = None) -> tuple[Any, Any]:
-    x, m = SimpleNamespace(**bus), SimpleNamespace(**(memory or {}))
+    x, m = SimpleNamespace(**{**QUIET, **bus}), SimpleNamespace(**(memory or {}))
     find_effect(name).function(x, SimpleNamespace(**p), m)
     return x, m
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
+QUIET = {"bank": 0.0, "resistance": 0.0, "drive_drag": 0.0, "rotating_mass": 0.0}  # where a case says nothing else
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,
@@ -76,11 +77,12 @@ PLAIN: tuple[Row, ...] = (
      {"rotating_mass": 51.0}),
     ("motor_inertia", {"J": 0.5}, {**PULL, "rotating_mass": 1.0}, {"rotating_mass": 201.0}),
     # motor and pedals
-    ("motor_damping", DAMPING, {**PULL, "accel": 1.0, "full_throttle": 2.0, "vx": 10.0, "drag": 1.0}, {"drag": -799.0}),
-    ("motor_damping", DAMPING, {**PULL, "accel": 3.0, "full_throttle": 2.0, "vx": 10.0, "drag": 0.0},
-     {"drag": -1200.0}),
-    ("motor_damping", DAMPING, {**PULL, "accel": -1.0, "full_throttle": 2.0, "vx": 10.0, "drag": 0.0},
-     {"drag": -400.0}),
+    ("motor_damping", DAMPING, {**PULL, "accel": 1.0, "full_throttle": 2.0, "vx": 10.0, "resistance": 1.0},
+     {"resistance": 801.0, "drive_drag": 800.0}),
+    ("motor_damping", DAMPING, {**PULL, "accel": 3.0, "full_throttle": 2.0, "vx": -10.0},
+     {"resistance": 1200.0, "drive_drag": 1200.0}),
+    ("motor_damping", DAMPING, {**PULL, "accel": -1.0, "full_throttle": 2.0, "vx": 10.0},
+     {"resistance": 400.0, "drive_drag": 400.0}),
     ("motor_torque", MOTOR, {**PULL, "vx": 0.0}, {"traction": 2000.0}),
     ("motor_torque", MOTOR, {**PULL, "vx": 10.0}, {"traction": 2000.0}),
     ("motor_torque", MOTOR, {**PULL, "vx": 15.0}, {"traction": 1500.0}),  # half way from 100 to 50 N m
@@ -136,13 +138,13 @@ PLAIN: tuple[Row, ...] = (
      {"fy_front": 800.0, "fy_rear": 640.0, "tangent_front": 2e5, "tangent_rear": 1.6e5}),
     ("load_transfer", {"c": 0.8}, {**TURN, "vx": 10.0, "yaw_rate": 0.2 * GRAVITY},
      {"fy_front": 200.0, "fy_rear": 160.0, "tangent_front": 5e4, "tangent_rear": 4e4}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 0.0, "brake": 100.0 * GRAVITY,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 0.0, "brake": 100.0 * GRAVITY,
                                      "vx": 1.0},
      {"fy_front": 1200.0, "tangent_front": 3e5, "fy_rear": 600.0, "tangent_rear": 1.5e5}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 0.0, "brake": 100.0 * GRAVITY,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 0.0, "brake": 100.0 * GRAVITY,
                                      "vx": -1.0},
      {"fy_front": 800.0, "tangent_front": 2e5, "fy_rear": 1000.0, "tangent_rear": 2.5e5}),
-    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "mass_ref": 1000.0, "traction": 1000.0 * GRAVITY, "brake": 0.0,
+    ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 1000.0 * GRAVITY, "brake": 0.0,
                                      "vx": 1.0},
      {"fy_front": 200.0, "tangent_front": 5e4, "fy_rear": 1440.0, "tangent_rear": 3.6e5}),
     ("tyre_saturation", {"limit": 0.5},
@@ -259,8 +261,8 @@ LASTING: tuple[Remembered, ...] = (
      {"speed_cmd": 7.0, "vx": 5.0, "dt": 0.5, "settle": 1.0, "accel": 0.0, "accel_lead": 0.0}, {"sum": 0.2},
      {"accel": 1.76, "accel_lead": 0.44}, {"sum": 0.2}),
     # a released pedal
-    ("lift_off_braking", RELEASE, ROLLS, {"a": 0.0}, {"resistance": 701.0, "accel": 0.0, "accel_lead": 0.0},
-     {"a": 0.7}),
+    ("lift_off_braking", RELEASE, ROLLS, {"a": 0.0},
+     {"resistance": 701.0, "drive_drag": 700.0, "accel": 0.0, "accel_lead": 0.0}, {"a": 0.7}),
     ("lift_off_braking", RELEASE, {**ROLLS, "vx": -20.0}, {"a": 0.0}, {"resistance": 701.0}, {"a": 0.7}),
     ("lift_off_braking", RELEASE, {**ROLLS, "vx": 2.5}, {"a": 0.0}, {"resistance": 176.0}, {"a": 0.175}),
     ("lift_off_braking", {**RELEASE, "a": 0.1}, {**ROLLS, "vx": 1.0}, {"a": 0.5}, {"resistance": 1.0}, {"a": 0.0}),

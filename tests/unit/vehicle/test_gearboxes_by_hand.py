@@ -21,6 +21,7 @@ ROWS: tuple[Row, ...] = (
     ("creep", IDLES, {"vx": 1.0, "accel": 0.5, "accel_lead": 0.0}, {}, {"accel": 0.5, "accel_lead": 0.0}, {}),
     ("creep", IDLES, {"vx": 1.0, "accel": -1.0, "accel_lead": -0.5}, {}, {"accel": -0.8, "accel_lead": -0.5}, {}),
     ("creep", IDLES, {"vx": 3.5, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.0, "accel_lead": 0.0}, {}),
+    ("creep", IDLES, {"vx": -1.0, "accel": 0.0, "accel_lead": 0.0}, {}, {"accel": 0.6, "accel_lead": 0.0}, {}),
     # a gearbox: up above 3 m/s at 1 m/s^2, a tenth later with each m/s^2 more, then above 1.8 and 1.8/1.1 times that
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 3.2, "accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0, "left": 0.0},
      {"accel": 1.2, "accel_lead": 1.8}, {"gear": 1.0, "left": 0.35}),  # 3.3 m/s are passed in the middle of the step,

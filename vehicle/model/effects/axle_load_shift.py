@@ -8,6 +8,7 @@ from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import ACCELERATES, BRAKES, CURVES, STEER, TURN, ShownBy
+from vehicle.model.step_maths import spin_up
 
 
 @effect(
@@ -17,7 +18,7 @@ from vehicle.model.shown_by import ACCELERATES, BRAKES, CURVES, STEER, TURN, Sho
     tyres=True,
     physics="braking loads the front axle and frees the rear one, whose tyres then hold less: the car turns in more",
     equation="C_front = C_0 (1 - c a L/(g l_r)), C_rear = C_0 (1 + c a L/(g l_f)), what tyres hold at most likewise, "
-    "a: force along over mass",
+    "a: what the wheels push along over mass, less what speeds turning parts up",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., sec. 25 (braking in a turn)",
     parameters=(
         Key(
@@ -41,9 +42,9 @@ from vehicle.model.shown_by import ACCELERATES, BRAKES, CURVES, STEER, TURN, Sho
     diagnosed=Diagnosed(details="understeer"),
 )
 def axle_load_shift(x: Bus, p: Any, m: Any) -> None:
-    shift = p.c * (x.traction - x.brake) / x.mass_ref / GRAVITY * x.wheelbase
-    if x.vx < 0.0:
-        shift = -shift
+    held = x.brake + x.resistance
+    along = x.traction - spin_up(x) - (held if x.vx >= 0.0 else -held)
+    shift = p.c * along / x.mass / GRAVITY * x.wheelbase
     x.load_front = front = min(max(1.0 - shift / x.cg_rear, 0.2), 1.8)
     x.load_rear = rear = min(max(1.0 + shift / x.cg_front, 0.2), 1.8)
     x.fy_front *= front

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, exp, pi, sin, sqrt
 from typing import Any
 
-from vehicle.model.bus import Bus
+from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
 from vehicle.model.shown_by import CURVES, ShownBy
@@ -67,7 +67,11 @@ from vehicle.model.shown_by import CURVES, ShownBy
     diagnosed=Diagnosed(details="roll"),
 )
 def body_roll(x: Bus, p: Any, m: Any) -> None:
-    pushed = (x.fy_front + x.fy_rear) / x.mass if x.vx > x.slow else x.vx * x.vx * x.curvature
+    pushed = (x.fy_front + x.fy_rear) / x.mass
+    if x.vx < 2.0 * x.slow:  # a car that moves without slip (`vehicle.model.kernel`) is held by the forces of its path
+        s = max(x.vx / x.slow - 1.0, 0.0)
+        held = x.vx * x.vx * x.curvature + GRAVITY * sin(x.bank)
+        pushed = held + s * s * (3.0 - 2.0 * s) * (pushed - held)
     if m.begun == 0.0:
         m.begun, m.sway = 1.0, pushed
     w = 2.0 * pi * p.frequency  # exact for a push that holds over the step

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from math import sin
 from typing import Any
 
-from vehicle.model.bus import Bus
+from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import CURVES, DRIVE, SPEED, TURN, ShownBy
 
@@ -13,7 +14,7 @@ from vehicle.model.shown_by import CURVES, DRIVE, SPEED, TURN, ShownBy
     name="cornering_drag",
     slot="force",
     physics="in turns the lateral tyre forces have a part that points backward",
-    equation="a = -c abs(v r)",
+    equation="a = -c abs(v r + g sin(bank))",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (curve resistance)",
     parameters=(
         Key(
@@ -25,4 +26,4 @@ from vehicle.model.shown_by import CURVES, DRIVE, SPEED, TURN, ShownBy
     shown_by=ShownBy(210, (DRIVE, SPEED, TURN), (CURVES,)),
 )
 def cornering_drag(x: Bus, p: Any, m: Any) -> None:
-    x.resistance += p.c * x.mass * abs(x.vx * x.vx * x.curvature)
+    x.resistance += p.c * x.mass * abs(x.vx * x.vx * x.curvature + GRAVITY * sin(x.bank))

@@ -7,6 +7,7 @@ from typing import Any
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import BRAKES, DRIVE, SPEED, ShownBy
+from vehicle.model.step_maths import clip
 
 
 @effect(
@@ -14,8 +15,8 @@ from vehicle.model.shown_by import BRAKES, DRIVE, SPEED, ShownBy
     slot="command",
     order=86,  # after the drag of the released pedal: at walking pace the idling engine pushes in its place
     physics="with the pedal released, a torque converter, a slipping clutch or the motor's controller pushes the car",
-    equation="a_k = a (1 - v/v0) for v < v0, else 0; a = max(a_c, a_k) for a_c >= 0; a = a_c + braking a_k for a_c < 0 "
-    "(the brakes have to hold against it)",
+    equation="a_k = a (1 - v/v0) for v < v0, not above a, else 0; a = max(a_c, a_k) for a_c >= 0; a = a_c + "
+    "braking a_k for a_c < 0 (the brakes have to hold against it)",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed., ch. 3 (torque converters)",
     parameters=(
         Key("a", "m/s^2", 0.1, 1.0, neutral=0.0, least=0.05, minimum=0.0, meaning="acceleration at standstill"),
@@ -28,7 +29,7 @@ from vehicle.model.shown_by import BRAKES, DRIVE, SPEED, ShownBy
     shown_by=ShownBy(165, (DRIVE, SPEED), (BRAKES,)),
 )  # fmt: skip
 def creep(x: Bus, p: Any, m: Any) -> None:
-    push = p.a * max(1.0 - abs(x.vx) / p.v0, 0.0)
+    push = p.a * clip(1.0 - x.vx / p.v0, 0.0, 1.0)  # of a car that rolls back: what it is at standstill
     start = x.accel + x.accel_lead
     x.accel = x.accel + p.braking * push if x.accel < 0.0 else max(x.accel, push)
     x.accel_lead = (start + p.braking * push if start < 0.0 else max(start, push)) - x.accel

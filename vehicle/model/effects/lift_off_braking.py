@@ -65,6 +65,7 @@ def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
     else:
         start = m.a = drag
     x.resistance += mean * x.mass_ref
+    x.drive_drag += mean * x.mass_ref
     if x.accel <= -RELEASED:  # the brakes take off what they allow for
         relief = 1.0 - p.braking
         first, now = x.accel + x.accel_lead + relief * start, x.accel + relief * mean

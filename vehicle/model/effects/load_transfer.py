@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sin
 from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
@@ -15,7 +16,7 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
     order=20,
     tyres=True,
     physics="in a turn load moves to the outer wheels, whose tyres gain less than the inner ones lose",
-    equation="C = C_0 (1 - c (v r/g)^2)",
+    equation="C = C_0 (1 - c (v r/g + sin(bank))^2)",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., ch. 1 (effective axle characteristic)",
     parameters=(
         Key(
@@ -38,7 +39,7 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
     shown_by=ShownBy(350, (STEER, TURN), (SHARP_CURVES,)),
 )
 def load_transfer(x: Bus, p: Any, m: Any) -> None:
-    share = x.vx * x.yaw_rate / GRAVITY
+    share = x.vx * x.yaw_rate / GRAVITY + sin(x.bank)
     left = 1.0 - p.c * min(share * share, 1.0)
     x.fy_front *= left
     x.fy_rear *= left

@@ -29,4 +29,6 @@ from vehicle.model.step_maths import clip
 def motor_damping(x: Bus, p: Any, m: Any) -> None:
     throttle = clip(x.accel / x.full_throttle, 0.0, 1.0)
     ratio = x.gear_ratio / x.wheel_radius
-    x.drag -= (p.zero + (p.full - p.zero) * throttle) * ratio * ratio * x.vx
+    held = (p.zero + (p.full - p.zero) * throttle) * ratio * ratio * abs(x.vx)
+    x.resistance += held
+    x.drive_drag += held

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sin
 from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
@@ -16,7 +17,7 @@ from vehicle.model.step_maths import lag
     order=40,
     tyres=True,
     physics="the body rolls with a lag, and rolling turns the front wheels outwards (phi: roll over roll at 1 g)",
-    equation="d = d_c - gain phi, tau phi' = v r/g - phi",
+    equation="d = d_c - gain phi, tau phi' = v r/g + sin(bank) - phi",
     source="J. C. Dixon, Suspension Geometry and Computation (roll steer coefficient)",
     parameters=(
         Key(
@@ -41,7 +42,7 @@ from vehicle.model.step_maths import lag
     shown_by=ShownBy(400, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
 )
 def roll_dynamics(x: Bus, p: Any, m: Any) -> None:
-    target = x.vx * x.yaw_rate / GRAVITY
+    target = x.vx * x.yaw_rate / GRAVITY + sin(x.bank)
     if m.begun == 0.0:
         m.begun, m.phi = 1.0, target
     phi = target

@@ -9,6 +9,7 @@ from vehicle.model.bus import Bus
 from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import BRAKES, SHARP_CURVES, STEER, TURN, ShownBy
+from vehicle.model.step_maths import spin_up
 
 
 @effect(
@@ -18,7 +19,7 @@ from vehicle.model.shown_by import BRAKES, SHARP_CURVES, STEER, TURN, ShownBy
     tyres=True,
     physics="a steered wheel that drives pulls the car's nose into the bend, one that brakes holds it out of it",
     equation="F_xf = share_drive F_drive - share_brake F_brake along the front wheels: F_xf cos d ahead, F_xf sin d "
-    "across at the front axle",
+    "across at the front axle; F_drive less what drag and turning parts of the drive take",
     source="R. Rajamani, Vehicle Dynamics and Control, 2nd ed., sec. 8.2 (front tyre forces in the body frame)",
     parameters=(
         Key(
@@ -52,10 +53,12 @@ from vehicle.model.shown_by import BRAKES, SHARP_CURVES, STEER, TURN, ShownBy
 def steered_wheel_forces(x: Bus, p: Any, m: Any) -> None:
     if x.vx == 0.0:
         return
-    force = p.drive * x.traction - p.brake * x.brake if x.vx > 0.0 else p.drive * x.traction + p.brake * x.brake
+    held = p.drive * x.drive_drag + p.brake * x.brake
+    force = p.drive * (x.traction - spin_up(x)) - (held if x.vx > 0.0 else -held)
     less = 1.0 - cos(x.steer)
     x.traction -= p.drive * x.traction * less
     x.brake -= p.brake * x.brake * less
+    x.resistance -= p.drive * x.drive_drag * less
     across = force * sin(x.steer)
     x.push += across
     x.yaw_moment += x.cg_front * across

@@ -1,0 +1,34 @@
+"""A car whose speed is imposed: the forces that this takes, and the speed that its sensors take for it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from machine_code import compiled
+from vehicle.model.bus import GRAVITY
+
+LEAST_SHOWN = 0.1  # of the speed `slow`, below which a sensor's offset would count as a gain; chosen
+
+
+@compiled
+def push_as_told(x: Any) -> None:
+    """Traction and brake are those of the motion, whatever drive and brakes are."""
+    need = (x.mass + x.rotating_mass) * x.accel_cmd / x.speed_gain - x.drag + x.mass * GRAVITY * math.sin(x.grade)
+    need += x.resistance if x.vx >= 0.0 else -x.resistance
+    x.traction = max(need, 0.0) if x.vx >= 0.0 else 0.0
+    x.brake = max(need if x.vx < 0.0 else -need, 0.0)
+
+
+@compiled
+def take_as_shown(x: Any, begins: bool, states: Any) -> None:
+    """The speed is what the car's sensors show: learn from a row what they make of it, from the first one at once."""
+    gain = x.meas_v / x.vx if abs(x.vx) > LEAST_SHOWN * x.slow else 0.0
+    if gain <= 0.0:
+        return
+    x.speed_gain = gain
+    if begins:
+        x.vx /= gain
+        if states.shape[0] == 0 or math.isnan(states[0, 5]):
+            x.yaw_rate /= gain
+        x.vy = x.vy_rear + x.cg_rear * x.yaw_rate
