@@ -170,3 +170,17 @@ def test_the_speed_and_turn_rate_that_were_asked_for_are_not_those_of_the_car() 
     found = {one.name: one.column.topic for one in recognise(columns_of(streams, "receive"), WHEELBASE).signals}
     assert found["yaw_rate"] == found["v"] == "/odom"
     assert found["speed_cmd"] == "/cmd_vel"
+
+
+def test_a_brake_pressure_without_a_unit_is_no_percentage(tmp_path: Path) -> None:
+    """Air brakes have 0 to 10 bar, which is a percentage by its size alone."""
+    true = truth()
+    log, mapping = tmp_path / "bus.csv", tmp_path / "map.toml"
+    pressure = np.clip(-true["accel_cmd"], 0.0, None)
+    csv(log, {name: true[name] for name in ("t", "x", "y", "yaw", "v", "yaw_rate")} | {"BrakePressure": pressure})
+    assert main(["map", str(log), "--out", str(mapping)]) == 0
+    text = mapping.read_text()
+    assert "brake_cmd" not in text
+    assert "# left to you below: brake_pressure\n" in text
+    assert '# name = "brake_pressure"' in text
+    assert "MPa, kPa or psi: put the unit in" in text.replace("\n# ", " ")
