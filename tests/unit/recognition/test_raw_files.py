@@ -184,3 +184,16 @@ def test_a_brake_pressure_without_a_unit_is_no_percentage(tmp_path: Path) -> Non
     assert "# left to you below: brake_pressure\n" in text
     assert '# name = "brake_pressure"' in text
     assert "MPa, kPa or psi: put the unit in" in text.replace("\n# ", " ")
+
+
+@pytest.mark.parametrize(("noise", "derived"), [(0.0, True), (0.01, False)])
+def test_fixes_of_a_fast_car_were_not_integrated_from_its_speed(noise: float, derived: bool) -> None:
+    """At 25 to 35 m/s the noise of an RTK fix is less than 0.4 % of the way."""
+    t = 0.02 * np.arange(4000)
+    v, yaw = 30.0 + 5.0 * np.sin(0.5 * t), 2.0 * np.sin(0.2 * t)
+    place = np.cumsum(0.02 * v * np.exp(1j * yaw))
+    place = place + noise * (np.random.default_rng(1).standard_normal((2, len(t))).T @ np.array([1.0, 1j]))
+    fields = {"x": place.real, "y": place.imag, "v": v, "yaw": yaw}
+    stream = Stream("", "", t, fields, {"x": "m", "y": "m", "v": "m/s", "yaw": "rad"})
+    remarks = recognise(columns_of([stream], "receive"), WHEELBASE).remarks
+    assert any("integrated from it" in remark for remark in remarks) is derived
