@@ -169,7 +169,7 @@ def test_a_mode_in_words_is_kept(tmp_path: Path) -> None:
 def test_the_stamp_of_a_ros_topic_is_its_time_and_said(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Epochs in ns, 20 and 10 a second, as rosbag tools write them: `dvp map` took them for the time, `join` did not."""
+    """Epochs in ns, 20 and 10 a second, as rosbag tools write them: `dvp map` took them for the time."""
     epoch = 1_717_401_000_000_000_000
     first = written(tmp_path / "cmd.csv", f"{name},speed", *(f"{epoch + 50_000_000 * k},{k}" for k in range(40)))
     second = written(tmp_path / "odom.csv", f"seq,{name},v", *(f"{k},{epoch + 10**8 * k},{k}" for k in range(20)))
