@@ -82,9 +82,11 @@ A run of 165 s at 50 Hz takes about 0.5 ms; a changed value adds nothing to it. 
 `motor_current`, `speed_cmd` (with the effect `speed_controller`) or `v` (measured: then only lateral motion is
 judged; the slope of `v` over 0.2 s, with what hills and drags take, shifts load between the axles, and is what steered
 wheels pull or brake with; where effects say that the wheels show another speed than the car has, `v` is the shown one).
-Input scales are in `[inputs]` and can be fitted. `steer_scale` and `steer_zero` say what a column of a log means. They
-change nothing when a stack drives the model, because it commands the angle of the road wheels [rad]: there,
-`steer_ratio` and `steer_offset` act.
+Input scales are in `[inputs]` and can be fitted. There, `full_pressure` [Pa] says which brake pressure is full brake
+(5e6 where it is not stated, as of hydraulic brakes; air brakes have about 8e5), and `full_current` [A] which motor
+current is full throttle (100). `steer_scale` and `steer_zero` say what a column of a log means. They change nothing
+when a stack drives the model, because it commands the angle of the road wheels [rad]: there, `steer_ratio` and
+`steer_offset` act.
 
 """
 

@@ -43,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         told = {"out": str(out), "rows": len(found.t), "seconds": float(found.t[-1]), "origin": found.origin}
         told |= {"files": found.rows, "renamed": found.renamed, "left_out": found.left_out}
-        told |= {"time_unit_guessed": found.guessed}
+        told |= {"time_unit_guessed": found.guessed, "time_column_guessed": found.clocks}
         print(json.dumps(told, ensure_ascii=False))
         return 0
     print(
@@ -52,6 +52,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for file, rows in found.rows.items():
         repeated = found.left_out.get(file)
         print(f"  {file}: {rows} rows" + (f"; {repeated} with a repeated stamp are left out" if repeated else ""))
+    for file, column in found.clocks.items():
+        print(f"  {file}: no column is called a time; {column} is taken for it, because it rises evenly")
     for file, unit in found.guessed.items():
         print(f"  {file}: its time does not say its unit; taken for {unit} by the steps from row to row")
     if found.renamed:

@@ -70,7 +70,7 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
     idle: set[str] = set()
     if inputs is not None:
         longitudinal = set(inputs.longitudinal)
-        idle = held & (({*DRIVE, *BRAKE, "speed_cmd"} - longitudinal) | ({*STEER} - {inputs.steer}))
+        idle = held & (({*DRIVE, *BRAKE} - longitudinal) | ({*STEER} - {inputs.steer}))
         held -= idle
         held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in STEER else set()
     imposed = set(IMPOSED) & held if inputs is not None and "v" in inputs.longitudinal else set()
@@ -194,7 +194,9 @@ def _command_facts(log: Log, motion: Motion, still: np.ndarray[Any, np.dtype[np.
             Fact("steer_reversals", float(np.count_nonzero(np.diff(sign))), "-"),
         ]
         break
-    for name, small in (("accel_cmd", 0.5), ("throttle_cmd", 0.1), ("motor_current", 10.0)):
+    # A speed controller asks for about 1 m/s^2 a m/s that is lacking (chosen: amid its usual gains). When it asks for
+    # little or nothing, the wanted speed does not tell.
+    for name, small in (("accel_cmd", 0.5), ("throttle_cmd", 0.1), ("motor_current", 10.0), ("speed_cmd", 0.5)):
         values = log.columns.get(name)
         if values is None or not np.isfinite(values).any():
             continue
@@ -203,9 +205,10 @@ def _command_facts(log: Log, motion: Motion, still: np.ndarray[Any, np.dtype[np.
         low = np.abs(command) < small
         zero = np.abs(command) < 0.1 * small
         rate = np.abs(np.gradient(_smooth(command, round(0.4 / step)), step)) * 0.5 / small
+        told = name != "speed_cmd"
         facts += [
-            Fact("small_commands", float(np.count_nonzero(low & ~zero & ~still)) * step, "s"),
-            Fact("coasting", float(np.count_nonzero(zero & ~still)) * step, "s"),
+            Fact("small_commands", float(np.count_nonzero(low & ~zero & ~still & told)) * step, "s"),
+            Fact("coasting", float(np.count_nonzero(zero & ~still & told)) * step, "s"),
             Fact("command_rate", float(np.percentile(rate, 98)), "m/s^3"),
         ]
         break

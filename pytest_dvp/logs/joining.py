@@ -18,6 +18,7 @@ from pytest_dvp.logs.mapping import STAMP
 from pytest_dvp.logs.read_log import read_streams
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.time_column import bare_time, clock_of, unit_of_steps
+from pytest_dvp.logs.units import find_unit
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +26,8 @@ class Joined:
     """t (n,) [s] since `origin` [s], the first stamp of all; columns (n,) by header text `name [unit]`, NaN where a
     file has no row; words: those of columns that hold words, "" where there is none; renamed: columns
     that an earlier file has too, old name to new; rows of each file; left_out: rows without a stamp of their own, by
-    file; guessed: unit of the time of files that do not say it, if it is not s."""
+    file; guessed: unit of the time of files that do not say it, if it is not s; clocks: column taken for the time, of
+    files that call none so."""
 
     t: FloatArray
     origin: float
@@ -35,6 +37,7 @@ class Joined:
     left_out: dict[str, int]
     guessed: dict[str, str]
     words: dict[str, list[str]]
+    clocks: dict[str, str]
 
 
 def join(files: Sequence[Path]) -> Joined:
@@ -43,12 +46,16 @@ def join(files: Sequence[Path]) -> Joined:
     A name that occurs in several files stays with the first of them; in a later one it gets the file's name in front.
     Raises LogError: a file without a time, of several topics, or with a clock that does not overlap the others'.
     """
-    streams, guessed = [], {}
+    streams: list[Stream] = []
+    guessed: dict[str, str] = {}
+    stand_for: dict[str, str] = {}
     for path in files:
-        timed, guess = _in_seconds(_stream(path))
+        timed, guess, field = _in_seconds(_stream(path))
         streams.append(timed)
         if guess not in ("", "s"):
             guessed[str(path)] = guess
+        if field and canonical(field) != "t":
+            stand_for[str(path)] = field
     clocks = [_clock(path, stream) for path, stream in zip(files, streams, strict=True)]
     begin, end = max(float(t[0]) for t in clocks), min(float(t[-1]) for t in clocks)
     if begin > end:
@@ -61,7 +68,7 @@ def join(files: Sequence[Path]) -> Joined:
     origin = min(float(t[0]) for t in clocks)
     ticks = [np.round((t - origin) / STAMP).astype(np.int64) for t in clocks]
     stamps = np.unique(np.concatenate(ticks))
-    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {}, guessed, {})
+    found = Joined(np.asarray(stamps * STAMP, dtype=np.float64), origin, {}, {}, {}, {}, guessed, {}, stand_for)
     for path, stream, own in zip(files, streams, ticks, strict=True):
         _, first = np.unique(own, return_index=True)
         found.rows[str(path)] = len(first)
@@ -72,7 +79,7 @@ def join(files: Sequence[Path]) -> Joined:
         known = _finite_clock(stream)
         fields = stream.fields | {name: texts.codes for name, texts in stream.texts.items()}
         for name, values in fields.items():
-            if canonical(name) == "t":
+            if canonical(name) == "t" or name == stand_for.get(str(path)):
                 continue
             new = name if name not in taken else f"{path.stem}.{name}"
             if new in taken:
@@ -109,14 +116,25 @@ def _stream(path: Path) -> Stream:
     return streams[0]
 
 
-def _in_seconds(stream: Stream) -> tuple[Stream, str]:
-    """The stream by its clock in seconds, and the unit that its time has by the steps from row to row, where the file
-    does not say it; "" where it does."""
+def _in_seconds(stream: Stream) -> tuple[Stream, str, str]:
+    """The stream by its clock in seconds; the unit that its time has by the steps from row to row, where the file does
+    not say it, and the column of that time: "" where the file says both. Without a column that is called a time, it is
+    the one that `dvp map` proposes, which rises evenly: `header.stamp` of a ROS topic."""
     field = bare_time(stream)
-    if not field:
-        return stream, ""
-    ((timed,), _, _), unit = clock_of([stream]), unit_of_steps(stream.fields[field])
-    return timed, unit
+    if not field and np.isfinite(stream.receive).any():
+        return stream, "", ""
+    (timed,), field, _ = clock_of([stream])
+    if field not in stream.fields or not _may_be_a_clock(stream, field):
+        return stream, "", ""
+    return timed, "" if field in stream.units else unit_of_steps(stream.fields[field]), field
+
+
+def _may_be_a_clock(stream: Stream, field: str) -> bool:
+    """Whether a column that rises evenly is called a time, is in a unit of time, or is in none and counts no rows."""
+    unit = find_unit(stream.units[field]) if field in stream.units else None
+    if unit is not None:
+        return unit.si == "s"
+    return canonical(field) == "t" or bool(np.any(np.diff(stream.fields[field]) != 1.0))
 
 
 def _finite_clock(stream: Stream) -> NDArray[np.bool_]:

@@ -25,6 +25,7 @@ DEGREES = 180.0 / math.pi
 PLAIN = 1.4  # times the road wheel by the curvature: understeer, slipping tyres and a ratio that is not the nominal one
 RATIOS = (8.0, 30.0)  # of a steering gear, from the quickest car to a lorry
 FIRM = 0.95  # correlation with the turn rate, from which an estimated ratio or scale of the steering is decided
+_PRESSURE = {"pressure", "press", "pres", "druck"}  # words of a column that is a pressure, whatever pedal it belongs to
 LEAD = 0.05  # s by which a wanted speed comes before the measured one
 
 
@@ -176,7 +177,7 @@ def _hand_wheel(name: str, column: Column, unit: str, match: Match, gear: float,
 
 
 def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
-    """Throttle and brake by their names; a brake may be a pressure."""
+    """Throttle and brake by their names; a brake may be a pressure, which without a unit is no percentage."""
     found: dict[str, Recognised] = {}
     for column in sorted(columns, key=lambda one: not one.is_command):  # a car may report its pedals as well
         said = set(words_of(column.name))
@@ -191,6 +192,12 @@ def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
         if unit is not None and unit.si != "-":
             continue
         largest = float(column.values.max())
+        if brake and unit is None and said & _PRESSURE:
+            text = f"a pressure by its name; goes up to {largest:.3g}"
+            rival = "MPa, kPa or psi: put the unit in"
+            one = Recognised("brake_pressure", column, "bar", evidence=(text,), decided=False, rival=rival)
+            found.setdefault("brake_pressure", one)
+            continue
         shown = column.unit or ("%" if 1.5 < largest <= 101.0 else "-")
         text = f"goes up to {largest:.3g}"
         if not column.unit:

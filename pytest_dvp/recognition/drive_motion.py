@@ -23,6 +23,7 @@ SURE = 0.95  # the same for a column whose name says nothing: at constant speed 
 ONE_ANGLE = 0.9  # mean resultant length from which course minus heading is one angle: a spread of 0.46 rad
 DEGREE = math.pi / 180.0
 DERIVED = 0.004  # of the speed: positions that fit it so well were integrated from it; tyres and clocks differ by more
+DERIVED_WAY = 0.01  # m in a window, and to this: fixes of 1 cm (RTK) miss by 0.016, positions written in cm by 0.005
 COURSE_WINDOW = 0.8  # s: as the doctor's
 MOST_UNNAMED = 14  # columns whose names say nothing, of which any two are tried as a position: 91 pairs
 
@@ -188,7 +189,8 @@ def _path(
     best, like = max(by_speed, key=lambda one: one[0].alike, default=(NOTHING, speed))
     by_turn = max((abs(grid.match(values, turn).alike) for values in (*others, *turns)), default=0.0)
     agreement = max(best.alike, 0.0) + by_turn
-    derived = best.alike > 0.99 and _spread(like, speed, moving) < DERIVED
+    metre = 1.0 if fix or not unit else getattr(find_unit(unit), "scale", 1.0)
+    derived = best.alike > 0.99 and _fits(like, speed, moving, DERIVED_WAY / (metre * grid.window))
     told = max(best.alike, by_turn) > ALIKE
     return Path(x, y, unit, speed, course, turn, moving, agreement, derived) if told else None
 
@@ -221,12 +223,15 @@ def _turn(course: FloatArray, grid: Grid) -> FloatArray:
     return found
 
 
-def _spread(v: FloatArray, speed: FloatArray, moving: NDArray[np.bool_]) -> float:
+def _fits(v: FloatArray, speed: FloatArray, moving: NDArray[np.bool_], most: float) -> bool:
+    """Whether three in four of `speed` (n,) are `v` (n,) times one number, to DERIVED of it and to `most`, in its
+    unit. Of fast cars a share alone would tell nothing: 1 cm is 0.1 % of the way in a window at 25 m/s."""
     at = moving & np.isfinite(v) & np.isfinite(speed) & (v != 0.0)
     if np.count_nonzero(at) < 50:
-        return 1.0
+        return False
     ratio = speed[at] / v[at]
-    return float(np.percentile(np.abs(ratio / np.median(ratio) - 1.0), 75))
+    apart = np.abs(ratio / np.median(ratio) - 1.0)
+    return bool(np.percentile(apart, 75) < DERIVED and np.percentile(apart * speed[at], 75) < most)
 
 
 def headings(columns: Sequence[Column], path: Path | None, rate: FloatArray | None, grid: Grid) -> list[Heading]:

@@ -31,8 +31,8 @@ class ShownBy:
     usual: tuple[Drive, ...] = ()
 
 
-DRIVE = ("accel_cmd", "throttle_cmd", "motor_current")
-BRAKE = ("accel_cmd", "brake_cmd", "brake_pressure", "motor_current")
+DRIVE = ("accel_cmd", "throttle_cmd", "motor_current", "speed_cmd")  # the last by the car's own speed controller
+BRAKE = ("accel_cmd", "brake_cmd", "brake_pressure", "motor_current", "speed_cmd")
 STEER = ("steer_cmd", "steer_cmd_norm", "steer")
 COMMAND = ("steer_cmd", "steer_cmd_norm")
 SPEED = ("v", "vx", "x")

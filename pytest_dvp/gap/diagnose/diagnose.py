@@ -154,7 +154,7 @@ def diagnose(
             if target.excused and (name in by_sensors or is_beyond_remainder(search, measured, name, judges))
         ],
         told=measured,
-        scales=implausible_scales({key: e.value for key, e in _estimates(measured, sure, "inputs").items()}),
+        scales=implausible_scales({k: e.value for k, e in _estimates(measured, sure, "inputs").items()}, model.inputs),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)
     below = []
@@ -179,6 +179,7 @@ def diagnose(
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
         vetoed=tuple(dict.fromkeys(name for name in vetoed if name not in final.names)),
         input_map=_estimates(measured, sure, "inputs"),
+        implausible=tuple(evidence.scales),
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values | {name: value for one in below for name, value in one.values.items()},

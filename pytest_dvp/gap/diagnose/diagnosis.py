@@ -137,7 +137,8 @@ class Diagnosis:
     with the effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the
     model file says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
     chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good;
-    may_hide: what the remainder hides of other effects, and is worth a name, the largest shares of their ranges first.
+    may_hide: what the remainder hides of other effects, and is worth a name, the largest shares of their ranges first;
+    implausible: a line for each scale of `input_map` that no vehicle has.
     """
 
     verdict: Verdict
@@ -156,6 +157,7 @@ class Diagnosis:
     samples: Samples = Samples(0, 0.0)
     chosen_by_held_out: bool = False
     may_hide: tuple[HiddenSize, ...] = ()
+    implausible: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -10,8 +10,14 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate
 
 USUAL = {"full_throttle": (0.5, 15.0), "full_brake": (1.0, 15.0)}
 """m/s^2 that a full pedal gives on a road car: below a truck uphill, above a racing car on slicks."""
+FULL = {
+    "brake_pressure": (6e5, 2e7),  # Pa; chosen: a worn air brake (8.5e5 and more when full), an ESC pump at its limit
+    "motor_current": (20.0, 1000.0),  # A; chosen: a small robot at 48 V, a sports car
+}
+"""Where no pedal is logged: what the strongest command of a vehicle is."""
 
 if TYPE_CHECKING:
+    from vehicle.model.command_inputs import Inputs
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
@@ -44,11 +50,27 @@ def free_scales(
     return tuple(c for c in nuisance if not any(repeats(effect, [c]) for effect in effects)), start
 
 
-def implausible_scales(values: Mapping[str, float]) -> list[str]:
-    """A line for each fitted scale that no pedal of a car has, by key; the other values of such a fit mean little."""
-    return [
-        f"{key} = {value:.3g} m/s^2 is not what a full pedal does, {low:g} to {high:g}"
-        for key, value in values.items()
-        for low, high in (USUAL.get(key, (-inf, inf)),)
-        if not low <= value <= high
-    ]
+def implausible_scales(values: Mapping[str, float], inputs: Inputs) -> list[str]:
+    """A line for each fitted scale that no pedal of a car has, by key; the other values of such a fit mean little.
+
+    A pressure or a current that counts as full is a convention of the model file and no pedal, so with these the range
+    is that of all vehicles: air brakes give their most at a fifth of the pressure of hydraulic ones.
+    """
+    lines = []
+    for key, value in values.items():
+        low, high = USUAL.get(key, (-inf, inf))
+        what = "a full pedal does"
+        if key in USUAL and (column := _not_a_pedal(key, inputs)):
+            full, (least, most) = getattr(inputs, f"full_{column.partition('_')[2]}"), FULL[column]
+            low, high = low * full / most, high * full / least
+            what = f"{full:g} {'Pa' if column == 'brake_pressure' else 'A'} do"
+        if not low <= value <= high:
+            lines.append(f"{key} = {value:.3g} m/s^2 is not what {what}, {low:.3g} to {high:.3g}")
+    return lines
+
+
+def _not_a_pedal(key: str, inputs: Inputs) -> str:
+    """The column in place of this pedal; "" if it is one."""
+    if "motor_current" in inputs.longitudinal:
+        return "motor_current"
+    return "brake_pressure" if key == "full_brake" and "brake_pressure" in inputs.longitudinal else ""

@@ -10,7 +10,6 @@ from pathlib import Path
 from pytest_dvp.gap.compare.segments import UNITS
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.error_shares import Share, percents, shares
-from pytest_dvp.gap.diagnose.input_scales import implausible_scales
 from pytest_dvp.gap.diagnose.standing import MUCH_LEFT
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.residual_signature import signature_lines
@@ -243,7 +242,7 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.input_map:
         fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
         lines.append(f"fitted along: {fitted}")
-        lines += implausible_scales({key: e.value for key, e in found.input_map.items()})
+        lines += found.implausible
     lines += [*standing_lines(found), *setup_lines(found)]
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but data it was not fitted on do not confirm it")

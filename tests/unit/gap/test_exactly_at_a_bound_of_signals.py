@@ -322,8 +322,8 @@ def test_a_rival_is_taken_for_five_percent_from_twice_the_noise_on(
 
 
 def test_scales_of_pedals_are_plausible_up_to_their_bounds() -> None:
-    assert implausible_scales({"full_throttle": 15.0, "full_brake": 1.0, "other": 1e9}) == []
-    assert len(implausible_scales({"full_throttle": 0.4999, "full_brake": 15.001})) == 2
+    assert implausible_scales({"full_throttle": 15.0, "full_brake": 1.0, "other": 1e9}, Inputs()) == []
+    assert len(implausible_scales({"full_throttle": 0.4999, "full_brake": 15.001}, Inputs())) == 2
 
 
 def turning(monkeypatch: pytest.MonkeyPatch, n: int = 100, **given: Any) -> str:

@@ -382,7 +382,7 @@ class Diagnosing:
             "_estimates": lambda trial, sure, name: {}, "lost_held_out": lambda *asked: 0.5,
             "Dependences": lambda *asked: SimpleNamespace(of=lambda name: None), "opinions": lambda *asked: {},
             "is_beyond_remainder": lambda *asked: True,
-            "as_told": lambda search, trial: trial, "implausible_scales": lambda scales: [],
+            "as_told": lambda search, trial: trial, "implausible_scales": lambda *asked: [],
             "with_standing": lambda named, *more: tuple(named), "diagnose_perceptions": lambda *asked: (),
             "signature": lambda *asked: {"reading": "r"}, "votes": lambda *asked: {},
         }.items():  # fmt: skip

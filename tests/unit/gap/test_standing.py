@@ -13,6 +13,7 @@ from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.logs.log import Log
 from tests.truth.effects import Effects, TruthCar
 from tests.truth.generate import make_log
+from vehicle.model.command_inputs import Inputs
 from vehicle.model.model_file import parse_model
 from vehicle.model.vehicle_model import VehicleModel
 
@@ -95,4 +96,4 @@ def test_a_known_remainder_is_nothing_new_and_a_new_effect_stands_alone() -> Non
      ({"steer_scale": 44.0}, 0)],
 )  # fmt: skip
 def test_pedal_scales_that_no_car_has_are_said(values: dict[str, float], told: int) -> None:
-    assert len(implausible_scales(values)) == told
+    assert len(implausible_scales(values, Inputs())) == told

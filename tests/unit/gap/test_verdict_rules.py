@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -29,6 +30,7 @@ from tests.unit.gap.linear_world import (
     direction,
     tried,
 )
+from vehicle.model.command_inputs import Inputs
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
 
@@ -193,14 +195,27 @@ def test_values_of_a_twin_with_a_remainder_are_estimated_where_it_lasts(monkeypa
 
 
 def test_pedals_that_no_car_has_are_told() -> None:
-    assert implausible_scales({"full_throttle": 0.5, "full_brake": 15.0, "steer_scale": 99.0}) == []
-    assert implausible_scales({"full_throttle": 0.49}) == [
+    assert implausible_scales({"full_throttle": 0.5, "full_brake": 15.0, "steer_scale": 99.0}, Inputs()) == []
+    assert implausible_scales({"full_throttle": 0.49}, Inputs()) == [
         "full_throttle = 0.49 m/s^2 is not what a full pedal does, 0.5 to 15"
     ]
-    assert [text.split(" ")[0] for text in implausible_scales({"full_throttle": 15.1, "full_brake": 0.99})] == [
-        "full_throttle", "full_brake",
-    ]  # fmt: skip
-    assert len(implausible_scales({"full_brake": 15.01})) == 1
+    both = implausible_scales({"full_throttle": 15.1, "full_brake": 0.99}, Inputs())
+    assert [text.split(" ")[0] for text in both] == ["full_throttle", "full_brake"]
+    assert len(implausible_scales({"full_brake": 15.01}, Inputs())) == 1
+
+
+def test_a_pressure_that_counts_as_full_is_no_pedal() -> None:
+    """A bus that brakes by 6 m/s^2 at 8 bar brakes by 37.5 m/s^2 for 50 bar, which no model file has to state."""
+    air = Inputs(longitudinal=("throttle_cmd", "brake_pressure"))
+    assert implausible_scales({"full_throttle": 1.5, "full_brake": 37.5}, air) == []
+    assert implausible_scales({"full_brake": 0.2}, air) == [
+        "full_brake = 0.2 m/s^2 is not what 5e+06 Pa do, 0.25 to 125"
+    ]
+    assert len(implausible_scales({"full_throttle": 0.4, "full_brake": 37.5}, air)) == 1
+    stated = dataclasses.replace(air, full_pressure=8e5)
+    assert len(implausible_scales({"full_brake": 37.5}, stated)) == 1
+    weak = Inputs(longitudinal=("motor_current",))  # a lorry that draws 600 A at 1.5 m/s^2
+    assert implausible_scales({"full_throttle": 0.25, "full_brake": 0.25}, weak) == []
 
 
 @pytest.mark.parametrize(

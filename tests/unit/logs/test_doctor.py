@@ -399,6 +399,21 @@ def test_a_model_that_takes_the_speed_from_the_log_shows_nothing_of_it(sound: Co
     assert lacking.out_of_reach["drive_delay"].startswith("needs a column accel_cmd")
 
 
+def test_a_wanted_speed_drives_what_lies_behind_the_controller(sound: Columns) -> None:
+    """The car's own controller makes an acceleration of it: what is late or weak behind that shows as with a pedal."""
+    behind = {"drive_delay", "drive_lag", "drive_gain", "rolling_resistance", "aero_drag", "brake_gain", "brake_lag"}
+    wished = {**without(sound, "accel_cmd"), "speed_cmd": np.roll(sound["v"], -25)}
+    sheet = "[model]\nname = 'car'\n[inputs]\nlongitudinal = '{}'\n[parameters]\nwheelbase = 2.5\nmass = 1200.0\n"
+    for model in (None, parse_model(sheet.format("speed_cmd"))):
+        shown = excitation(log_of(wished), model)
+        assert behind <= {*shown.within_reach, *shown.hardly}
+        assert "coasting" in shown.out_of_reach["lift_off_braking"]  # nobody knows when it asks for nothing
+    imposed = excitation(log_of(wished), parse_model(sheet.format("v")))
+    assert imposed.out_of_reach["drive_delay"] == "needs a model that is driven by speed_cmd"
+    steady = excitation(log_of({**wished, "speed_cmd": np.full(len(sound["t"]), 8.0)}))
+    assert behind <= set(steady.out_of_reach)
+
+
 def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Columns) -> None:
     shown = excitation(log_of(without(sound, "steer_cmd", "accel_cmd")))
     assert "steer_delay" in shown.out_of_reach

@@ -163,3 +163,29 @@ def test_a_mode_in_words_is_kept(tmp_path: Path) -> None:
         "AUTO", None, "MANUAL  by hand",
     ]  # fmt: skip
     assert list(stream.fields) == ["t", "v", "count"]
+
+
+@pytest.mark.parametrize("name", ["header.stamp", "%time"])
+def test_the_stamp_of_a_ros_topic_is_its_time_and_said(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Epochs in ns, 20 and 10 a second, as rosbag tools write them: `dvp map` took them for the time."""
+    epoch = 1_717_401_000_000_000_000
+    first = written(tmp_path / "cmd.csv", f"{name},speed", *(f"{epoch + 50_000_000 * k},{k}" for k in range(40)))
+    second = written(tmp_path / "odom.csv", f"seq,{name},v", *(f"{k},{epoch + 10**8 * k},{k}" for k in range(20)))
+    assert main(["join", str(first), str(second), "--out", str(tmp_path / "c.csv")]) == 0
+    told = capsys.readouterr().out
+    assert f"{second}: no column is called a time; {name} is taken for it" in told
+    assert f"{second}: its time does not say its unit; taken for ns" in told
+    found = join([first, second])
+    assert found.t == pytest.approx(0.05 * np.arange(40), abs=1e-5)
+    assert list(found.columns) == ["speed", "seq", "v"]
+    assert found.columns["v"][::2] == pytest.approx(np.arange(20))
+
+
+@pytest.mark.parametrize("header", ["count,v [m/s]", "x [m],v [m/s]"])
+def test_what_counts_rows_or_is_no_time_is_none(header: str, tmp_path: Path) -> None:
+    first = written(tmp_path / "a.csv", "t [s],z [m]", *(f"{k},{k}" for k in range(20)))
+    second = written(tmp_path / "b.csv", header, *(f"{k},{k * k % 7}" for k in range(20)))
+    with pytest.raises(LogError, match="no time column"):
+        join([first, second])

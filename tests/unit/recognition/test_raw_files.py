@@ -170,3 +170,30 @@ def test_the_speed_and_turn_rate_that_were_asked_for_are_not_those_of_the_car() 
     found = {one.name: one.column.topic for one in recognise(columns_of(streams, "receive"), WHEELBASE).signals}
     assert found["yaw_rate"] == found["v"] == "/odom"
     assert found["speed_cmd"] == "/cmd_vel"
+
+
+def test_a_brake_pressure_without_a_unit_is_no_percentage(tmp_path: Path) -> None:
+    """Air brakes have 0 to 10 bar, which is a percentage by its size alone."""
+    true = truth()
+    log, mapping = tmp_path / "bus.csv", tmp_path / "map.toml"
+    pressure = np.clip(-true["accel_cmd"], 0.0, None)
+    csv(log, {name: true[name] for name in ("t", "x", "y", "yaw", "v", "yaw_rate")} | {"BrakePressure": pressure})
+    assert main(["map", str(log), "--out", str(mapping)]) == 0
+    text = mapping.read_text()
+    assert "brake_cmd" not in text
+    assert "# left to you below: brake_pressure\n" in text
+    assert '# name = "brake_pressure"' in text
+    assert "MPa, kPa or psi: put the unit in" in text.replace("\n# ", " ")
+
+
+@pytest.mark.parametrize(("noise", "derived"), [(0.0, True), (0.01, False)])
+def test_fixes_of_a_fast_car_were_not_integrated_from_its_speed(noise: float, derived: bool) -> None:
+    """At 25 to 35 m/s the noise of an RTK fix is less than 0.4 % of the way."""
+    t = 0.02 * np.arange(4000)
+    v, yaw = 30.0 + 5.0 * np.sin(0.5 * t), 2.0 * np.sin(0.2 * t)
+    place = np.cumsum(0.02 * v * np.exp(1j * yaw))
+    place = place + noise * (np.random.default_rng(1).standard_normal((2, len(t))).T @ np.array([1.0, 1j]))
+    fields = {"x": place.real, "y": place.imag, "v": v, "yaw": yaw}
+    stream = Stream("", "", t, fields, {"x": "m", "y": "m", "v": "m/s", "yaw": "rad"})
+    remarks = recognise(columns_of([stream], "receive"), WHEELBASE).remarks
+    assert any("integrated from it" in remark for remark in remarks) is derived
