@@ -93,7 +93,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     """Fit the effects and write the new model.
 
-    Returns 0 if a file was written, also an unchanged copy because no effect is missing; 1 if none was written.
+    Returns 0 if a file was written, also an unchanged copy because no effect is missing; 1 if none was written. Raises
+    WrongArgument for a model that is not what an option needs.
     """
     _check(arguments)
     from pytest_dvp.gap.extend.extend import extend

@@ -16,7 +16,7 @@ from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, sq
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.candidates import Point
-    from pytest_dvp.gap.diagnose.search import Search
+    from pytest_dvp.gap.diagnose.fitting import Fitting
     from pytest_dvp.gap.diagnose.trial import Trial
 
 PLACE = ("parameters", "ay_x")
@@ -24,7 +24,7 @@ BEHIND, AHEAD = -0.4, 1.4  # wheelbases from the rear axle: the bumpers of usual
 _REACH = 0.02  # wheelbases: a step by which its derivative is taken; the reading is linear in the place
 
 
-def placed(search: Search, now: Trial, worth: float) -> Trial:
+def placed(search: Fitting, now: Trial, worth: float) -> Trial:
     """The set with the accelerometer where it fits best, refitted, if that takes `worth` of max(1, chi^2/N) away.
 
     As it is where the model says the place, where no tyre slips (there the turning is that of the path), and where no

@@ -29,6 +29,11 @@ class Fitting(Protocol):
         """What is tried, by name."""
         ...
 
+    @property
+    def known(self) -> Mapping[str, Candidate]:
+        """What is tried, and what refines it at the end, by name."""
+        ...
+
     def trial(self, names: Sequence[str], start: Values, *, like: Trial | None = None) -> Trial:
         """The set fitted."""
         ...

@@ -425,7 +425,8 @@ def test_a_soft_linkage_with_straight_tyres(slip: float) -> None:
 
 def relaxed(p: float, memory: dict[str, float], **changes: float) -> tuple[Any, Any]:
     bus = {"fy_front": 1000.0, "fy_rear": 500.0, "tangent_front": 1e5, "tangent_rear": 2e5, "vx": 10.0, "slow": 1.0,
-           "dt": 0.02, "slip_change_front": 0.01, "slip_change_rear": 0.02, "yaw_rate": 0.1, "steer_lead": 0.0, **CAR}  # fmt: skip
+           "dt": 0.02, "slip_change_front": 0.01, "slip_change_rear": 0.02, "yaw_rate": 0.1, "steer_lead": 0.0,
+           **CAR}  # fmt: skip
     begun = {"begun": 0.0, "front": 0.0, "rear": 0.0, "front_steady": 0.0, "rear_steady": 0.0, "gone": 0.0}
     return step("tyre_relaxation", {"length": p}, bus | changes, begun | memory)
 
