@@ -249,6 +249,17 @@ def test_slip_that_moved_during_the_last_step_has_moved_the_forces_too() -> None
     assert relaxing.memory.rear == pytest.approx(2000.0 - 80e3 * 0.02 * (1.0 - gone))
 
 
+def test_relaxing_forces_begin_a_step_as_the_last_one_left_them() -> None:
+    """Steered by 0.01 rad more at its start than in its mean, whose tangent counts for that already."""
+    relaxing = Applied(tyre_relaxation, length=0.6)
+    relaxing(bus(vx=6.0, **TYRES))
+    x = relaxing(bus(vx=6.0, steer_lead=0.01, **{**TYRES, "fy_front": 4000.0, "fy_rear": 1000.0}))
+    assert x.fy_front + x.fy_front_lead + 0.01 * x.tangent_front == pytest.approx(3000.0)
+    assert x.fy_rear + x.fy_rear_lead == pytest.approx(2000.0)
+    x = Applied(tyre_relaxation, length=0.0)(bus(vx=6.0, fy_front_lead=5.0, fy_rear_lead=5.0, **TYRES))
+    assert (x.fy_front_lead, x.fy_rear_lead) == (0.0, 0.0)
+
+
 def test_relaxation_counts_no_slower_than_the_slow_speed() -> None:
     relaxing = Applied(tyre_relaxation, length=0.2)
     relaxing(bus(vx=0.1, **TYRES))  # 1 m/s x 0.1 s over 0.2 m

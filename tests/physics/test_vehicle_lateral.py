@@ -320,3 +320,17 @@ def test_forces_of_an_imposed_speed_are_those_that_drive_and_brakes_would_have(
     assert off > 0.003
     # What drive and brakes make of commands says nothing of it.
     assert turning({name: values}, drive_gain=0.5, brake_gain=0.5) == pytest.approx(with_it, abs=0.0)
+
+
+@pytest.mark.parametrize("effects", [{}, {"steer_compliance": {"c": 0.004}}])
+def test_what_relaxing_tyres_show_at_a_stamp_does_not_follow_from_the_length_of_the_steps(
+    effects: dict[str, dict[str, float]],
+) -> None:
+    """Steps of the steering by 0.05 rad, which bend the path at 3 m/s^2."""
+    t = np.arange(0.0, 4.0, 0.02)
+    commands = {"steer_cmd": np.where(np.floor(2.0 * t) % 2.0 == 0.0, 0.0, 0.05), "accel_cmd": 0.0 * t}
+    car = model("dynamic_bicycle", {"tyre_relaxation": {"length": 0.6}, **effects})
+    start = {"starts": np.array([0]), "states": np.array([[0.0, 0.0, 0.0, 12.0, math.nan, math.nan]])}
+    shown, fine = (Replay(car, t, commands, step=step).run(**start) for step in (None, 2.5e-4))  # type: ignore[arg-type]
+    assert np.abs(fine[:, 6]).max() > 2.0
+    assert shown[:, 6] == pytest.approx(fine[:, 6], abs=0.005)

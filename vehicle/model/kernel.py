@@ -363,10 +363,11 @@ def _look(x: Any, blend: float, v1: float, took: float = 0.0) -> None:
         ay += x.ay_x * (rate * bend - x.vx * (1.0 + bend * bend) * 2.0 * x.steer_lead / x.dt) / x.wheelbase
     if blend > 0.0:
         cos_d = math.cos(steer)
-        front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
-        turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
+        front = (x.fy_front + x.tangent_front * x.steer_lead + x.fy_front_lead) * cos_d
+        rear = x.fy_rear + x.fy_rear_lead
+        turn = (x.cg_front * front - x.cg_rear * rear + x.yaw_moment) / x.turning_inertia
         r += blend * (x.yaw_rate - kinematic)
-        ay += blend * ((front + x.fy_rear + x.push) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
+        ay += blend * ((front + rear + x.push) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ay = r, ay + x.lean_y
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)

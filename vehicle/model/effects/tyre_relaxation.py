@@ -47,6 +47,7 @@ def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
     m.front_tangent, m.rear_tangent = x.tangent_front, x.tangent_rear
     if p.length <= 0.0:
         m.front, m.rear, m.gone = x.fy_front, x.fy_rear, 0.0
+        x.fy_front_lead = x.fy_rear_lead = 0.0
         return
     way = max(x.vx, x.slow) * x.dt / p.length
     m.gone = -expm1(-way)
@@ -57,3 +58,5 @@ def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
     mean = 1.0 - 2.0 * (1.0 - share) / way
     x.tangent_front *= mean
     x.tangent_rear *= mean
+    x.fy_front_lead = m.front - x.fy_front - x.tangent_front * x.steer_lead
+    x.fy_rear_lead = m.rear - x.fy_rear
