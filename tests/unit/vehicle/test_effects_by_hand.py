@@ -26,7 +26,7 @@ def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, An
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
-QUIET = {"bank": 0.0, "resistance": 0.0, "drive_drag": 0.0, "rotating_mass": 0.0}  # where a case says nothing else
+QUIET = dict.fromkeys(("bank", "steer_lead", "resistance", "drive_drag", "rotating_mass"), 0.0)  # if not in a case
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,
