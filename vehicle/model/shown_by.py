@@ -50,6 +50,7 @@ SHARP_CURVES: Drive = ("lateral_acceleration", 2.0, "curves of 2 m/s^2")
 DRIVES_5_S: Drive = ("moving_time", 5.0, "5 s of driving")
 DRIVES_10_S: Drive = ("moving_time", 10.0, "10 s of driving")
 TURNS_AROUND: Drive = ("headings", 1.5, "headings 1.5 rad apart")
+SPEEDS_APART: Drive = ("speed_range", 0.5, "speeds 0.5 m/s apart")
 SPEEDS_3_APART: Drive = ("speed_range", 3.0, "speeds 3 m/s apart")
 
 BY_SLOT = {

@@ -414,6 +414,17 @@ def test_a_wanted_speed_drives_what_lies_behind_the_controller(sound: Columns) -
     assert behind <= set(steady.out_of_reach)
 
 
+def test_a_slow_vehicle_shows_strong_resistances(sound: Columns) -> None:
+    """At 0 to 2 m/s a resistance of 1/s times the speed takes 2 m/s^2, and one of 0.4 m/s^2 all that a robot has."""
+    slow = 2.0 / float(np.max(sound["v"]))
+    robot = {**sound, **{name: slow * sound[name] for name in ("x", "y", "v", "yaw_rate", "ay", "accel_cmd")}}
+    shown = excitation(log_of(robot))
+    assert {"rolling_resistance", "viscous_resistance"} <= set(shown.hardly)
+    assert "3 m/s apart" in shown.hardly["viscous_resistance"]
+    crawling = excitation(log_of({**robot, "v": 0.1 * robot["v"], "x": 0.1 * robot["x"], "y": 0.1 * robot["y"]}))
+    assert {"rolling_resistance", "viscous_resistance"} <= set(crawling.out_of_reach)
+
+
 def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Columns) -> None:
     shown = excitation(log_of(without(sound, "steer_cmd", "accel_cmd")))
     assert "steer_delay" in shown.out_of_reach

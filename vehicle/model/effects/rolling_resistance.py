@@ -7,7 +7,7 @@ from typing import Any
 from vehicle.model.bus import Bus
 from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
-from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, ShownBy
+from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, SPEEDS_APART, ShownBy
 
 
 @effect(
@@ -19,7 +19,7 @@ from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, Sh
     parameters=(Key("c", "m/s^2", 0.05, 0.4, neutral=0.0, least=0.02, minimum=0.0, meaning="deceleration"),),
     ties=("road_grade", "lift_off_braking"),
     reveals="coast down from 8 m/s to standstill, in both directions of the road",
-    shown_by=ShownBy(170, (DRIVE, SPEED), (DRIVES_10_S, SPEEDS_3_APART)),
+    shown_by=ShownBy(170, (DRIVE, SPEED), (DRIVES_10_S, SPEEDS_APART), usual=(SPEEDS_3_APART,)),
     diagnosed=Diagnosed(hides_in=(("EGO_dr_full_throttle", 10), ("EGO_dr_zero_throttle", 30))),
 )
 def rolling_resistance(x: Bus, p: Any, m: Any) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from vehicle.model.bus import Bus
 from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
-from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, ShownBy
+from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, SPEEDS_APART, ShownBy
 
 
 @effect(
@@ -22,7 +22,7 @@ from vehicle.model.shown_by import DRIVE, DRIVES_10_S, SPEED, SPEEDS_3_APART, Sh
         "motor_damping",
     ),
     reveals="coast down from the highest speed allowed to standstill",
-    shown_by=ShownBy(180, (DRIVE, SPEED), (DRIVES_10_S, SPEEDS_3_APART)),
+    shown_by=ShownBy(180, (DRIVE, SPEED), (DRIVES_10_S, SPEEDS_APART), usual=(SPEEDS_3_APART,)),
     diagnosed=Diagnosed(hides_in=(("EGO_dr_full_throttle", 20), ("EGO_dr_zero_throttle", 20))),
 )
 def viscous_resistance(x: Bus, p: Any, m: Any) -> None:
