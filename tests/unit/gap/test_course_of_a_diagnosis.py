@@ -67,7 +67,7 @@ class Course:
         self.removed: dict[tuple[str, str], float] = {}
         self.gains, self.vetoed, self.judges = {"drive_gain": 0.5}, (), ()
         self.model: Any = SimpleNamespace(
-            effects=[], drives_nothing=False, remainder={"v": {"all": 0.1}},
+            effects=[], inputs=None, drives_nothing=False, remainder={"v": {"all": 0.1}},
             remainder_shape=SimpleNamespace(imitates={}),
         )  # fmt: skip
         put = monkeypatch.setattr
