@@ -26,7 +26,7 @@ from pytest_dvp.gap.diagnose.held_out import (
     step,
 )
 from pytest_dvp.gap.diagnose.hidden_sizes import hidden_sizes
-from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
+from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, moved_scales, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
@@ -179,7 +179,7 @@ def diagnose(
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
         vetoed=tuple(dict.fromkeys(name for name in vetoed if name not in final.names)),
         input_map=_estimates(measured, sure, "inputs"),
-        implausible=tuple(evidence.scales),
+        scale_notes=(*evidence.scales, *moved_scales(_estimates(measured, sure, "inputs"), model)),
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values | {name: value for one in below for name, value in one.values.items()},

@@ -138,7 +138,7 @@ class Diagnosis:
     model file says that its twin is known not to explain, which counts as noise; samples: how many were fitted;
     chosen_by_held_out: the data held out took part in choosing the effects, so their figures are too good;
     may_hide: what the remainder hides of other effects, and is worth a name, the largest shares of their ranges first;
-    implausible: a line for each scale of `input_map` that no vehicle has.
+    scale_notes: a line for each scale of `input_map` that no vehicle has, or that the twin was not learnt with.
     """
 
     verdict: Verdict
@@ -157,7 +157,7 @@ class Diagnosis:
     samples: Samples = Samples(0, 0.0)
     chosen_by_held_out: bool = False
     may_hide: tuple[HiddenSize, ...] = ()
-    implausible: tuple[str, ...] = ()
+    scale_notes: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -192,6 +192,7 @@ class Diagnosis:
             "vetoed": list(self.vetoed),
             "set_up": {"names": list(self.set_up), "held_out": setups},
             "input_map": {key: dataclasses.asdict(e) for key, e in self.input_map.items()},
+            "scale_notes": list(self.scale_notes),
             "car": dict(self.car),
             "votes": dict(self.votes),
             "ladder": [step.as_dict() for step in self.ladder],

@@ -242,7 +242,7 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.input_map:
         fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
         lines.append(f"fitted along: {fitted}")
-        lines += found.implausible
+        lines += found.scale_notes
     lines += [*standing_lines(found), *setup_lines(found)]
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but data it was not fitted on do not confirm it")

@@ -21,6 +21,7 @@ from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.tied_effects import Tied
 from pytest_dvp.gap.diagnose.veto import Judged
 from tests.unit.gap.linear_world import BRAKE, DRIVE, MOTOR, ROWS, World, a_search, direction, tried
+from vehicle.model.command_inputs import Inputs
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.remainder_shape import RemainderShape
 
@@ -67,7 +68,7 @@ class Course:
         self.removed: dict[tuple[str, str], float] = {}
         self.gains, self.vetoed, self.judges = {"drive_gain": 0.5}, (), ()
         self.model: Any = SimpleNamespace(
-            effects=[], inputs=None, drives_nothing=False, remainder={"v": {"all": 0.1}},
+            effects=[], drives_nothing=False, inputs=Inputs(), remainder={"v": {"all": 0.1}},
             remainder_shape=SimpleNamespace(imitates={}),
         )  # fmt: skip
         put = monkeypatch.setattr

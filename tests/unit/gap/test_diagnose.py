@@ -107,7 +107,7 @@ def test_the_document_has_the_keys_of_the_contract(weak_drive: Diagnosis) -> Non
     document = json.loads(json.dumps(weak_drive.as_dict(), allow_nan=False))
     contract = {"verdict", "effects", "not_excited", "error", "noise_floor", "signature"}
     more = {"chi2_per_n", "vetoed", "set_up", "input_map", "car", "votes", "ladder", "null_line", "remainder"}
-    assert set(document) == contract | more | {"samples", "chosen_by_held_out", "may_hide"}
+    assert set(document) == contract | more | {"samples", "chosen_by_held_out", "may_hide", "scale_notes"}
     assert document["samples"]["independent"] == pytest.approx(document["samples"]["count"])
     (effect,) = document["effects"]
     contract = {"name", "parameters", "rivals", "deciding_manoeuvre", "gain"}

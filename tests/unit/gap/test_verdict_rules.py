@@ -14,7 +14,7 @@ from pytest_dvp.gap.diagnose.diagnose import _estimates, _folded, _given, _ladde
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold, step
 from pytest_dvp.gap.diagnose.imitation import imitation
-from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map
+from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, moved_scales
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -202,6 +202,22 @@ def test_pedals_that_no_car_has_are_told() -> None:
     both = implausible_scales({"full_throttle": 15.1, "full_brake": 0.99}, Inputs())
     assert [text.split(" ")[0] for text in both] == ["full_throttle", "full_brake"]
     assert len(implausible_scales({"full_brake": 15.01}, Inputs())) == 1
+
+
+def test_a_scale_that_is_another_one_than_the_twin_was_learnt_with_is_told() -> None:
+    """Brakes that lost 30 % were fitted along as another meaning of the pedal, and nothing was missing."""
+    text = "[inputs]\nlongitudinal = 'throttle_cmd + brake_cmd'\nfull_brake = 8.0\n[parameters]\nwheelbase = 2.5\n"
+    given = parse_model(text)
+    twin = dataclasses.replace(given, remainder={"v": {"braking": 0.1}})
+    fallen = {"full_brake": Estimate(5.6, 5.4, 5.8, "m/s^2"), "full_throttle": Estimate(3.1, 2.9, 3.3, "m/s^2")}
+    assert moved_scales(fallen, twin) == [
+        "full_brake = 5.6 m/s^2, and 8 in the model file: for the same command the car brakes 0.70 times as much as "
+        "its twin, which no effect above says"
+    ]
+    assert moved_scales(fallen, given) == []  # nobody knew the pedals before
+    assert moved_scales({"full_brake": Estimate(5.6, 2.0, 9.0, "m/s^2")}, twin) == []
+    assert moved_scales({"full_brake": Estimate(7.3, 7.2, 7.4, "m/s^2")}, twin) == []
+    assert len(moved_scales({"full_brake": Estimate(7.1, 7.0, 7.2, "m/s^2")}, twin)) == 1
 
 
 def test_a_pressure_that_counts_as_full_is_no_pedal() -> None:

@@ -253,7 +253,7 @@ def test_notes_stand_between_the_ladder_and_the_commands() -> None:
     noted = dataclasses.replace(
         FOUND, vetoed=("mass", "roll"), not_excited=("pitch",),
         input_map={"full_throttle": Estimate(40.0, 39.0, 41.0, "m/s^2"), "steer_scale": Estimate(0.4, 0.3, 0.5, "-")},
-        implausible=("full_throttle = 40 m/s^2 is not what a full pedal does, 0.5 to 15",),
+        scale_notes=("full_throttle = 40 m/s^2 is not what a full pedal does, 0.5 to 15",),
     )  # fmt: skip
     assert page(noted).splitlines()[9:] == [
         "",
