@@ -56,6 +56,8 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
     correlation = np.clip(products / norm, -1.0, 1.0)
     lags = np.arange(-reach, reach + 1)
     overlap = _overlapping(x, y, products, reach)
+    if not np.isfinite(overlap[reach]):  # sums that cancel lose what hardly varies; without a shift all is in common
+        overlap[reach] = correlation[reach]
     tied = lags[overlap >= np.nanmax(overlap) - ROUNDING]
     k = int(tied[np.argmin(np.abs(tied))])
     gain, off = slope_at(model, measured, k)
