@@ -26,8 +26,9 @@ from pytest_dvp.gap.diagnose.held_out import (
     step,
 )
 from pytest_dvp.gap.diagnose.hidden_sizes import hidden_sizes
-from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, moved_scales, repeats
+from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
+from pytest_dvp.gap.diagnose.moved_scales import moved_scales
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.rival_values import with_rival_values

@@ -15,11 +15,9 @@ FULL = {
     "motor_current": (20.0, 1000.0),  # A; chosen: a small robot at 48 V, a sports car
 }
 """Where no pedal is logged: what the strongest command of a vehicle is."""
-MOVED = 0.1  # of a scale that a twin was learnt with: a larger change is said; chosen: five times brake_gain's least
-_DOES = {"full_throttle": "accelerates", "full_brake": "brakes", "steer_scale": "steers"}
+
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.diagnose.diagnosis import Estimate
     from vehicle.model.command_inputs import Inputs
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
@@ -69,23 +67,6 @@ def implausible_scales(values: Mapping[str, float], inputs: Inputs) -> list[str]
             what = f"{full:g} {'Pa' if column == 'brake_pressure' else 'A'} do"
         if not low <= value <= high:
             lines.append(f"{key} = {value:.3g} m/s^2 is not what {what}, {low:.3g} to {high:.3g}")
-    return lines
-
-
-def moved_scales(fitted: Mapping[str, Estimate], model: VehicleModel) -> list[str]:
-    """A line for each scale that these data put elsewhere than a twin that was learnt from logs, one with a known
-    remainder. Such a change is the car's, or its column's, but no effect is named for it: the scale was fitted along.
-    """
-    lines = []
-    for key, does in _DOES.items() if model.remainder else ():
-        learnt = getattr(model.inputs, key)
-        now = fitted.get(key)
-        if now is None or now.low <= learnt <= now.high or abs(now.value - learnt) <= MOVED * abs(learnt):
-            continue
-        lines.append(
-            f"{key} = {now.value:.3g} {now.unit}, and {learnt:.3g} in the model file: for the same command the car "
-            f"{does} {now.value / learnt:.2f} times as much as its twin, which no effect above says"
-        )
     return lines
 
 

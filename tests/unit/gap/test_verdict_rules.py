@@ -14,8 +14,9 @@ from pytest_dvp.gap.diagnose.diagnose import _estimates, _folded, _given, _ladde
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.held_out import Fold, step
 from pytest_dvp.gap.diagnose.imitation import imitation
-from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, moved_scales
+from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
+from pytest_dvp.gap.diagnose.moved_scales import moved_scales
 from pytest_dvp.gap.diagnose.search import Search, SearchResult
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import (
