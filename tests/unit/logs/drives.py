@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pytest_dvp.logs.log import Log
+
 Columns = dict[str, np.ndarray]
 
 UNITS = {
@@ -110,3 +112,7 @@ def write_csv(path: Path, columns: Columns, header: Callable[[str], str] | None 
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
+
+
+def log_of(columns: Columns) -> Log:
+    return Log(columns={n: np.ascontiguousarray(c, dtype=float) for n, c in columns.items()})

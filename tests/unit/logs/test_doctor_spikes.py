@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drives import Columns, drive, write_csv
+from drives import Columns, drive, log_of, write_csv
 
 from pytest_dvp.doctor import examine, read_checked_log
 from pytest_dvp.doctor.spikes import spikes_of, without_spikes
-from pytest_dvp.logs.log import Log
 
 CODE = "log.spikes"
 
@@ -18,10 +17,6 @@ CODE = "log.spikes"
 @pytest.fixture
 def sound() -> Columns:
     return drive(60.0)
-
-
-def log_of(columns: Columns) -> Log:
-    return Log(columns=columns)
 
 
 def rows_of(columns: Columns, name: str) -> list[int]:
