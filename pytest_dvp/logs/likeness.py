@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
@@ -15,6 +16,9 @@ FLAT = 1e-10  # of its greatest value, by which a signal varies at least; chosen
 # equator varies by 6e-7 of its UTM coordinate
 OVERLAP = 0.5  # share of two signals that a lag must leave in common; chosen
 ROUNDING = 1e-9  # of a correlation: what differs by less is equal; chosen, 1e-13 is lost to the transforms
+CHANCE = 3.0  # standard deviations 1/sqrt(n) of Fisher's z = atanh(r), by which one turn must be more alike; chosen
+LEAST_CHANCE = 0.1  # of z at least, as noise of sensors is correlated; chosen: a turn that leaves 20 % more is as good
+VALLEY = 0.5  # of a turn's correlation, below which it falls beside that turn; chosen: of a sine it falls to -1
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -23,7 +27,8 @@ class Likeness:
     measured - model at that lag.
 
     lags, correlation: the normalised cross-correlation (m,) over the lag [s], of which mncc is the maximum; overlap:
-    the same of what both have in common at a lag, NaN where that is too little. The lag is where overlap is greatest.
+    the same of what both have in common at a lag, NaN where that is too little. The lag is where overlap is greatest,
+    and of turns of a signal that repeats the nearest to 0 that is no worse than chance makes it.
     """
 
     mncc: float
@@ -58,8 +63,7 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
     overlap = _overlapping(x, y, products, reach)
     if not np.isfinite(overlap[reach]):  # sums that cancel lose what hardly varies; without a shift all is in common
         overlap[reach] = correlation[reach]
-    tied = lags[overlap >= np.nanmax(overlap) - ROUNDING]
-    k = int(tied[np.argmin(np.abs(tied))])
+    k = _best(lags, overlap, n)
     gain, off = slope_at(model, measured, k)
     return Likeness(float(correlation.max()), k * step, gain, lags.astype(np.float64) * step, correlation, overlap, off)
 
@@ -101,6 +105,26 @@ def peak(lags: FloatArray, correlation: FloatArray) -> float:
     bend = left - 2.0 * top + right
     shift = 0.5 * (left - right) / bend if bend < -ROUNDING else 0.0
     return float(lags[k] + shift * (lags[k + 1] - lags[k]))
+
+
+def _best(lags: NDArray[np.int64], overlap: FloatArray, rows: int) -> int:
+    """The lag (of lags (m,), in samples) of the greatest overlap (m,), or of an equal turn that is nearer to 0.
+
+    A signal that repeats is alike after each of its turns, and noise would choose one. So a turn is as good that is
+    less alike by no more than chance makes in so many rows (Fisher's z), if the correlation falls between the two: else
+    it is a ripple of the same turn.
+    """
+    tied = np.flatnonzero(overlap >= np.nanmax(overlap) - ROUNDING)
+    best = int(tied[np.argmin(np.abs(lags[tied]))])
+    known = np.where(np.isfinite(overlap), overlap, -1.0)
+    alike = np.arctanh(np.clip(known, -1.0 + ROUNDING, 1.0 - ROUNDING))
+    padded = np.concatenate([[-1.0], known, [-1.0]])
+    tops = (known >= padded[:-2]) & (known >= padded[2:])
+    equal = np.flatnonzero(tops & (alike >= alike[best] - max(CHANCE / math.sqrt(rows), LEAST_CHANCE)))
+    for top in sorted(equal.tolist(), key=lambda k: abs(int(lags[k]))):
+        if top == best or known[min(top, best) : max(top, best)].min() < VALLEY * known[top]:
+            return int(lags[top])
+    return int(lags[best])
 
 
 def _overlapping(x: FloatArray, y: FloatArray, products: FloatArray, reach: int) -> FloatArray:

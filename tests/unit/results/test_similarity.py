@@ -44,6 +44,37 @@ def test_lag_is_positive_when_the_measurement_comes_later(delay: float) -> None:
     assert compute("mncc", model, measured, signal="steer").value == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("late", [0.0, 0.1, -0.3])
+def test_noise_does_not_choose_between_the_turns_of_a_signal_that_repeats(late: float) -> None:
+    """A slalom of 2 s is alike after each of its turns; the nearest to no shift is the one that is meant."""
+    t = np.arange(0.0, 20.0, 0.02)
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        model, measured = (np.sin(math.pi * (t - by)) + rng.normal(0.0, 0.05, len(t)) for by in (0.0, late))
+        assert likeness(model, measured, 0.02).lag == pytest.approx(late, abs=0.041)
+
+
+@pytest.mark.parametrize("late", [2.0, -2.0, 2.1])
+def test_a_slalom_that_is_a_whole_turn_late_is_told_by_how_it_grows(late: float) -> None:
+    t = np.arange(0.0, 20.0, 0.02)
+
+    def swerve(at: FloatArray) -> FloatArray:
+        return (1.0 + 0.15 * at) * np.sin(math.pi * at) * (at > 4.0)
+
+    rng = np.random.default_rng(5)
+    model, measured = (swerve(t - by) + rng.normal(0.0, 0.05, len(t)) for by in (0.0, late))
+    assert likeness(model, measured, 0.02).lag == pytest.approx(late, abs=0.041)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ripples_of_noise_do_not_draw_a_lag_to_no_shift(seed: int) -> None:
+    """One slow rise and fall with as much noise as signal: its broad top has many small ones."""
+    t = np.arange(0.0, 60.0, 0.02)
+    noise = np.random.default_rng(seed).normal(0.0, 0.2, (2, len(t)))
+    model, measured = (np.exp(-(((t - 30.0 - by) / 3.0) ** 2)) + noise[k] for k, by in enumerate((0.0, 1.0)))
+    assert likeness(model, measured, 0.02).lag == pytest.approx(1.0, abs=0.7)
+
+
 def test_gain_is_measured_over_model_and_mncc_is_blind_to_it() -> None:
     model = log_of(40.0, columns={"steer": bump(T, 15.0)})
     measured = log_of(40.0, columns={"steer": 7.0 + 0.75 * bump(T, 15.3)})
