@@ -7,7 +7,7 @@ without a box give misses and range, boxes without an object give false objects,
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import hypot, inf, isfinite, isinf, log
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
 from pytest_dvp.gap.perception.box_fit import Boxes
 from pytest_dvp.gap.perception.detection_pairs import CLEAR, Frames, Pairs, frames, paired
 from pytest_dvp.gap.perception.fresh_detections import measured_only
+from pytest_dvp.gap.perception.noise_levels import noise_differs
 from pytest_dvp.gap.perception.on_top import on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived
 from pytest_dvp.gap.perception.position_fit import BLOCK, Positions
@@ -44,7 +45,8 @@ _BEYOND = 0.05  # share of frames beyond a border in which an object is seen all
 _RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
 _ONE = 2.0  # m, how well one object shows a range: a car that comes at 10 m/s is believed some 0.2 s sooner or later
 _BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
-_LAST = ("noise", "false")  # with a twin beside: what other effects may leave behind, so it waits for them
+_LEAVES_NO = {"noise": ("misses", "false"), "false": ("noise",)}  # with a twin beside, all other effects leave these
+# two behind, so they wait for them; noise makes a tracker lose what it follows, so misses wait for that
 _UNSURE = 0.1  # how well a border of occlusion is known at best: boxes do not fill what they stand for
 _LEAST_HIDDEN = 20  # rows of objects that are partly behind others, from which on these show where it ends
 _ORDER = ("latency", "offset", "range", "misses", "false", "noise", "size", "yaw", "occlusion")
@@ -57,8 +59,10 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     with what its detections show; the values are then those that the model needs on top of its sensors
     (`pytest_dvp.gap.perception.on_top`). An effect is named if its value differs by at least Key.least and outside the
     95 % interval (that of the difference with a `twin`): clustered by object and block of 5 s; range by profile
-    likelihood and by objects left out; false objects by the exact Poisson interval; size and yaw by object. gain: share
-    of the log-likelihood of all effects named. With a `twin`, noise and false objects are provisional beside others.
+    likelihood and by objects left out; false objects by the exact Poisson interval; size and yaw by object; noise, with
+    a `twin`, by its level nearby, and also where a noise that the model has is not settled yet
+    (`pytest_dvp.gap.perception.noise_levels`). gain: share of the log-likelihood of all effects named. With a `twin`,
+    what others that are named leave behind is provisional: noise and false objects, and misses beside noise.
 
     () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
     them; also for a log without detections or objects, or with fewer than 50 pairs of them.
@@ -78,13 +82,18 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
         name = f"detection_{part}"
         effect = catalogue()[name]
         keys = [k for k in effect.parameters if (name, k.name) in found.values]
-        if keys and any(_differs(found, other, model, effect, k.name) for k in keys):
+        if not keys:
+            continue
+        if part == "noise" and found.levels is not None and other is not None and other.levels is not None:
+            differs = noise_differs(found.levels, other.levels, any(a.name == name for a in model.effects))
+        else:
+            differs = any(_differs(found, other, model, effect, k.name) for k in keys)
+        if differs:
             named.append(name)
     seen = found if other is None else on_top(found, other, model)
     if other is not None:
         named = [name for name in named if _moves(seen, model, catalogue()[name])]
-        first = tuple(name for name in named if name.removeprefix("detection_") not in _LAST)
-        late = {name: first for name in named if name not in first and first}
+        late = {name: causes for name in named if (causes := _left_by(name, named))}
         seen = dataclasses.replace(seen, rivals={**seen.rivals, **late})
     total = max(sum(found.worth[name] for name in named), 1e-9)
     named.sort(key=lambda name: (-found.worth[name], name))
@@ -112,6 +121,16 @@ def diagnose_perceptions(
 
 def _width(effect: NamedEffect) -> float:
     return max(e.high - e.low if isfinite(e.value) else inf for e in effect.parameters.values())
+
+
+def _left_by(name: str, named: Sequence[str]) -> tuple[str, ...]:
+    """Of the effects named those that leave behind what looks like this one."""
+    part, parts = name.removeprefix("detection_"), [other.removeprefix("detection_") for other in named]
+    if part in _LEAVES_NO:
+        kept = [other for other in parts if other not in (part, *_LEAVES_NO[part])]
+    else:
+        kept = [other for other in parts if part == "misses" and other == "noise"]
+    return tuple(f"detection_{other}" for other in kept)
 
 
 def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effect: Effect, key: str) -> bool:
@@ -254,7 +273,7 @@ class _Seen:
         values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
         expected = max(values["detection_false", "rate"][0], 1e-9)
         worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
-        return Perceived(values, worth, rivals)
+        return Perceived(values, worth, rivals, z.levels())
 
     def _add_boxes(self, values: dict[tuple[str, str], tuple[float, float, float]], worth: dict[str, float]) -> None:
         """Size and yaw, if the boxes tell them."""

@@ -8,11 +8,14 @@ One that the tracker dampens comes closer with each drive of the extended model 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from math import hypot, isfinite, isinf, sqrt
 from typing import TYPE_CHECKING
 
+from pytest_dvp.gap.perception.noise_levels import SIGMA0, SLOPE, noise_needed
 from pytest_dvp.gap.perception.perceived_values import Perceived
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Key
@@ -41,7 +44,25 @@ def on_top(found: Perceived, twin: Perceived, model: VehicleModel) -> Perceived:
         wide = (hypot(value - low, shown - shown_low), hypot(high - value, shown_high - shown))
         allowed = min(max(needed, declared.minimum), declared.maximum) if isfinite(needed) else needed
         values[name, key] = (allowed, allowed - wide[0], allowed + wide[1])
+    if found.levels is not None and twin.levels is not None:
+        _place_noise(values, found.levels, twin.levels, model)
     return dataclasses.replace(found, values=values)
+
+
+def _place_noise(
+    values: dict[tuple[str, str], tuple[float, float, float]], found: FloatArray, twin: FloatArray, model: VehicleModel
+) -> None:
+    """Noise by its levels (bands, 2) [m] nearby, with intervals as wide as those of its two values."""
+    from vehicle.model.effect_catalogue import catalogue
+
+    declared = {key: catalogue()[key[0]].key(key[1]) for key in (SIGMA0, SLOPE)}
+    sigma0, slope = (model.value(*key) or 0.0 for key in (SIGMA0, SLOPE))
+    rule = functools.partial(_variance, declared=declared[SIGMA0])
+    levels = noise_needed(found, twin, (sigma0, slope), rule)
+    for key, needed in zip((SIGMA0, SLOPE), levels, strict=True):
+        value, low, high = values[key]
+        allowed = min(needed, declared[key].maximum)
+        values[key] = (allowed, max(allowed - (value - low), 0.0), allowed + (high - value))
 
 
 def _difference(value: float, shown: float, base: float, declared: Key) -> float:

@@ -5,12 +5,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+from pytest_dvp.logs.log_contents import FloatArray
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Perceived:
     """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
-    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect."""
+    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect.
+    levels (bands, 2): noise [m] of positions nearby by bands of distance, and its standard deviation; None where a band
+    holds no object."""
 
     values: Mapping[tuple[str, str], tuple[float, float, float]]
     worth: Mapping[str, float]
     rivals: Mapping[str, tuple[str, ...]]
+    levels: FloatArray | None = None

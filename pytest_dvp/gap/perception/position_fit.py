@@ -13,6 +13,8 @@ from pytest_dvp.logs.log_contents import FloatArray
 BLOCK = 5.0  # s; of one object: what counts as independent
 _FINEST = 0.02  # m, noise that no detector is better than
 _HUBER = 2.5  # standard deviations, beyond which a box pulls less
+BANDS = ((0.0, 20.0), (20.0, 40.0))  # m, in which a stack acts on what it sees; chosen
+_WILD = 3.0  # standard deviations (by the median), beyond which a box is off by more than noise; chosen
 _FAR = 4.0  # beyond which it no longer counts as noise
 _CLIP = 20.0  # beyond which it brings no more likelihood
 _MOVES = 0.05  # m/s: with slower objects no latency shows
@@ -22,7 +24,8 @@ class Positions:
     """Latency and offset by weighted least squares, noise by likelihood, from pairs around a first guess.
 
     step (3,): change of latency, offset x, y; spread (3,) its standard deviation, inf where these data do not tell;
-    noise (2,): sigma0, slope, with noise_spread (2,); worth: log-likelihood of latency, offset, noise.
+    noise (2,): sigma0, slope, with noise_spread (2,); worth: log-likelihood of latency, offset, noise;
+    far [m]: of each pair; blocks, things: which rows depend on each other.
     """
 
     def __init__(self, f: Frames, p: Pairs, noise: FloatArray) -> None:
@@ -35,7 +38,7 @@ class Positions:
         block = (f.t[frame] // BLOCK).astype(np.int64) * 1000 + thing
         self.blocks: IntArray = np.unique(np.concatenate([block, block]), return_inverse=True)[1].astype(np.int64)
         things = np.unique(np.concatenate([thing, thing]), return_inverse=True)[1].astype(np.int64)
-        self.far = p.distance[frame, thing]
+        self.far, self.things = p.distance[frame, thing], things
         distance = np.concatenate([self.far, self.far])
         self.e, self.x = e, x
         level = np.maximum(noise[0] + noise[1] * distance, _FINEST)
@@ -66,6 +69,25 @@ class Positions:
         left = np.clip(y - w @ theta, -_CLIP, _CLIP) if kept else np.clip(y, -_CLIP, _CLIP)
         full = np.clip(self.rest / self.level, -_CLIP, _CLIP)
         return max(0.5 * float(left @ left - full @ full), 0.0)
+
+    def levels(self) -> FloatArray | None:
+        """Noise [m] and its standard deviation by BANDS of distance (bands, 2); None if one of them holds no box.
+
+        Boxes that are wildly off, as of a car that was taken for a turned one, count as _WILD standard deviations.
+        """
+        distance = np.concatenate([self.far, self.far])
+        found = []
+        for least, most in BANDS:
+            inside = (distance >= least) & (distance < most)
+            if not inside.any():
+                return None
+            wild = _WILD * 1.4826 * float(np.median(np.abs(self.rest[inside])))
+            square = np.clip(self.rest[inside], -wild, wild) ** 2
+            level = max(float(np.sqrt(square.mean())), _FINEST)
+            scores = (square - square.mean())[:, None] / (2.0 * level * len(square))
+            groups = (np.unique(by[inside], return_inverse=True)[1] for by in (self.blocks, self.things))
+            found.append([level, float(_clustered(np.eye(1), scores, *groups)[0])])
+        return np.array(found)
 
     def noise_worth(self) -> float:
         """Log-likelihood that the noise brings over a detector at its finest."""

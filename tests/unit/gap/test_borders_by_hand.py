@@ -138,7 +138,8 @@ class PutTogether(_Seen):
     def __init__(self) -> None:
         self.fitted: Any = SimpleNamespace(
             spread=np.array([0.1, 0.2, 0.3]), noise=np.array([0.01, 0.002]), noise_spread=np.array([0.5, 0.6]),
-            blocks=np.arange(10), loss=lambda place, without: 1.0, noise_worth=lambda: 2.0,
+            blocks=np.arange(10), levels=lambda: None,
+            loss=lambda place, without: 1.0, noise_worth=lambda: 2.0,
         )  # fmt: skip
         self.place = np.array([0.05, 0.0, 0.0])
         self.boxes: Any = SimpleNamespace(objects=0)
