@@ -71,9 +71,9 @@ PLAIN: tuple[Row, ...] = (
     ("wheel_slip", {"c_drive": 0.01, "c_brake": 0.02}, {"meas_v": 10.0, "vx": 10.0, "traction": 2000.0, "brake": 500.0,
                                                          "mass_ref": 1000.0}, {"meas_v": 10.1}),
     # inertias
-    ("gear_inertia", {"share": 0.2, "v1": 10.0}, {"rotating_mass": 1.0, "mass": 1000.0, "vx": 10.0},
+    ("gear_inertia", {"share": 0.2, "v1": 10.0}, {"rotating_mass": 1.0, "mass_ref": 1000.0, "vx": 10.0},
      {"rotating_mass": 201.0}),
-    ("gear_inertia", {"share": 0.2, "v1": 10.0}, {"rotating_mass": 1.0, "mass": 1000.0, "vx": -20.0},
+    ("gear_inertia", {"share": 0.2, "v1": 10.0}, {"rotating_mass": 1.0, "mass_ref": 1000.0, "vx": -20.0},
      {"rotating_mass": 51.0}),
     ("motor_inertia", {"J": 0.5}, {**PULL, "rotating_mass": 1.0}, {"rotating_mass": 201.0}),
     # motor and pedals
@@ -107,8 +107,11 @@ PLAIN: tuple[Row, ...] = (
     ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 0.0}, {"accel": -2.25, "accel_lead": 0.0}),
     ("brake_gain", {"g": 1.5, "motor": 1.5}, {"accel": -2.0, "accel_lead": 1.0},
      {"accel": -2.375, "accel_lead": 1.375}),
-    ("mass", {"ratio": 2.0}, {"accel": 2.0, "accel_lead": 3.0, "accel_jump": 4.0, "accel_arrived": 5.0},
-     {"accel": 1.0, "accel_lead": 1.5, "accel_jump": 2.0, "accel_arrived": 2.5}),
+    # of 500 N of resistance the drive makes 200 N; the rest goes with the weight
+    ("mass", {"ratio": 2.0}, {"traction": 900.0, "accel_lead": 0.6, "brake": 800.0, "drag": -60.0, "resistance": 500.0,
+                              "drive_drag": 200.0, "rotating_mass": 50.0},
+     {"traction": 450.0, "accel_lead": 0.3, "brake": 400.0, "drag": -30.0, "resistance": 400.0, "drive_drag": 100.0,
+      "rotating_mass": 25.0}),
     ("brake_limit", {"limit": 4.0}, {"accel": -3.5, "accel_lead": 0.5}, {"accel": -3.5, "accel_lead": 0.5}),
     ("brake_limit", {"limit": 4.0}, {"accel": -4.0, "accel_lead": 0.5}, {"accel": -3.75, "accel_lead": 0.25}),
     ("brake_limit", {"limit": 4.0}, {"accel": -4.0, "accel_lead": -0.5}, {"accel": -3.75, "accel_lead": -0.25}),
