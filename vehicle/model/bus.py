@@ -69,6 +69,7 @@ class Bus(Protocol):
     steer_glides: Annotated[float, "-", "1 if the angle moves on straight within the step, 0 if it jumps"]
     accel_jump: Annotated[float, "m/s^2", "accel_lead as a dead time made it: nought where none did"]
     accel_arrived: Annotated[float, "m/s^2", "value that the dead time lets through by the end of the step"]
+    accel_brakes: Annotated[float, "m/s^2", "<= 0: only below it brakes come in, down to it a motor slows the car"]
     settle: Annotated[float, "-", "1 in the long steps that bring actuators to rest before a log begins, else 0"]
 
     # Slot force

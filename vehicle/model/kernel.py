@@ -79,7 +79,7 @@ def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory
 def _wish(x: Any, mode: int) -> None:
     """Inputs of the model file -> wanted acceleration and road-wheel angle."""
     x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
-    x.accel_lead = x.accel_jump = 0.0
+    x.accel_lead = x.accel_jump = x.accel_brakes = 0.0
     x.steer_lead = -0.5 * x.steer_scale * x.steer_slope
     x.steer_glides = 0.0 if x.steer_slope == 0.0 else 1.0
     if mode == ACCELERATION:

@@ -26,7 +26,9 @@ def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, An
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
-QUIET = dict.fromkeys(("bank", "steer_lead", "resistance", "drive_drag", "rotating_mass"), 0.0)  # if not in a case
+QUIET = dict.fromkeys(  # if not in a case
+    ("bank", "steer_lead", "resistance", "drive_drag", "rotating_mass", "accel_brakes"), 0.0
+)
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,
@@ -203,6 +205,10 @@ LASTING: tuple[Remembered, ...] = (
      {"heat": 10.0 * LEFT + 0.5 * (1.0 - LEFT)}),  # it stops within the step
     ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "accel": 0.5}, {"heat": 10.0}, {"accel": 0.5, "accel_lead": 0.4},
      {"heat": 10.0 * LEFT}),
+    # half of 4 m/s^2 is a motor's and does not fade; discs that give 1 of 3 m/s^2 get a third of 4.5 - 2.7^2/2 J/kg
+    ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "vx": 3.0, "dt": 0.1, "accel_brakes": -2.0}, {"heat": 10.0},
+     {"accel": -3.0, "accel_lead": 0.2},
+     {"heat": 10.0 * math.exp(-0.1) + 0.5 * (9.0 - 2.7**2) / 3.0 * (1.0 - math.exp(-0.1)) / 0.1}),
     ("brake_fade", {"k": 0.0, "tau": 1.0}, BRAKED, {"heat": 10.0}, {"accel": -4.0}, {"heat": 10.0}),
     ("brake_fade", {"k": 0.1, "tau": 1.0}, {**BRAKED, "settle": 1.0}, {"heat": 10.0}, {"accel": -4.0}, {"heat": 10.0}),
     ("brake_lag", {"tau": 0.1, "release": 2.0}, {"accel": -2.0, "accel_lead": 0.0, "dt": 0.1}, {"a": 0.0},
