@@ -78,7 +78,12 @@ class Bus(Protocol):
     resistance: Annotated[float, "N", ">= 0, opposes motion and holds at standstill (dry friction)"]
     drive_drag: Annotated[float, "N", "part of resistance with which the drive holds its wheels back"]
     drag: Annotated[float, "N", "along x, signed, depends smoothly on speed"]
-    push: Annotated[float, "N", "of the wind across, at the centre of gravity, > 0 to the left"]
+    push: Annotated[
+        float,
+        "N",
+        "of wind and steered_pull across, at the centre of gravity, > 0 to the left",
+    ]
+    steered_pull: Annotated[float, "N", "part of push that steered wheels make which drive or brake"]
     rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
 
     # Slot body

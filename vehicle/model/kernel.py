@@ -115,7 +115,8 @@ def _tyres(x: Any) -> None:
 @compiled
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
-    x.resistance = x.drive_drag = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
+    x.resistance = x.drive_drag = x.drag = x.push = x.steered_pull = 0.0
+    x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     x.load_front = x.load_rear = 1.0
     _wish(x, mode)

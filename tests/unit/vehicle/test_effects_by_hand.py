@@ -27,7 +27,7 @@ def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, An
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
 QUIET = dict.fromkeys(  # if not in a case
-    ("bank", "steer_lead", "resistance", "drive_drag", "rotating_mass", "accel_brakes"), 0.0
+    ("bank", "steer_lead", "resistance", "drive_drag", "rotating_mass", "accel_brakes", "steered_pull", "steer"), 0.0
 )
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
@@ -161,7 +161,8 @@ PLAIN: tuple[Row, ...] = (
      {"vx": 1.0, "traction": 1000.0, "brake": 200.0, "steer": math.pi / 6.0, "cg_front": 1.5, "push": 1.0,
       "yaw_moment": 2.0},  # 600 - 140 N ahead along the wheels, half of it across
      {"traction": 1000.0 - 600.0 * (1.0 - math.cos(math.pi / 6.0)),
-      "brake": 200.0 - 140.0 * (1.0 - math.cos(math.pi / 6.0)), "push": 231.0, "yaw_moment": 347.0}),
+      "brake": 200.0 - 140.0 * (1.0 - math.cos(math.pi / 6.0)), "push": 231.0, "steered_pull": 230.0,
+      "yaw_moment": 347.0}),
     ("steered_wheel_forces", {"drive": 0.6, "brake": 0.7},
      {"vx": -1.0, "traction": 1000.0, "brake": 200.0, "steer": math.pi / 6.0, "cg_front": 1.5, "push": 1.0,
       "yaw_moment": 2.0}, {"push": 371.0, "yaw_moment": 557.0}),
@@ -347,7 +348,8 @@ LASTING: tuple[Remembered, ...] = (
      {"sway": 1.0 + math.exp(-0.75 * HALF_PI) * (0.5 / HALF_PI - 0.75),
       "rate": math.exp(-0.75 * HALF_PI) * (1.5625 * HALF_PI - 0.375)}),
     ("body_roll", {"frequency": 0.5 / math.pi, "damping": 0.5, "gain": 0.0, "lead": 0.0, "inertia": 2.0},
-     {"fy_front": 600.0, "fy_rear": 400.0, "mass": 1000.0, "vx": 2.0, "slow": 1.0, "dt": 1.0, "lean_y": 0.0},
+     {"fy_front": 1000.0, "fy_rear": 400.0, "steer": math.pi / 3.0, "steered_pull": 100.0, "push": 700.0,
+      "mass": 1000.0, "vx": 2.0, "slow": 1.0, "dt": 1.0, "lean_y": 0.0},
      {"begun": 1.0, "sway": 0.25, "rate": 0.5}, {"lean_y": 0.5}, {}),  # w = 1: 1 - 0.25 - 0.5
     ("body_roll", {"frequency": 1.0, "damping": 0.5, "gain": 0.5, "lead": 0.25, "inertia": 3.0},
      {"fy_front": 600.0, "fy_rear": 400.0, "mass": 1000.0, "vx": 1.0, "slow": 1.0, "curvature": 0.5, "dt": 0.1,
