@@ -51,7 +51,11 @@ class Bus(Protocol):
     brake_cmd: Annotated[float, "-", "0..1"]
     speed_cmd: Annotated[float, "m/s", "asked speed; speed_limit cuts it"]
     v_cmd: Annotated[float, "m/s", "imposed speed (inputs.longitudinal = 'v')"]
-    speed_gain: Annotated[float, "-", "shown over true speed at the last row, by which an imposed speed is divided"]
+    speed_gain: Annotated[
+        float,
+        "-",
+        "shown over true speed at the last row: an imposed speed is divided by it, a controller sees v times it",
+    ]
     road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
     road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]
     road_friction: Annotated[float, "-", "coefficient of the world's road; 0: as much as the tyres need"]

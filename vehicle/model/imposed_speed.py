@@ -1,4 +1,4 @@
-"""A car whose speed is imposed: the forces that this takes, and the speed that its sensors take for it."""
+"""A car whose speed is imposed or regulated: the forces that this takes, and the speed that its sensors take for it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from machine_code import compiled
 from vehicle.model.bus import GRAVITY
 
 LEAST_SHOWN = 0.1  # of the speed `slow`, below which a sensor's offset would count as a gain; chosen
+SMOOTHED = 0.05  # s, filter of the speed that a controller sees, as `accel_controller` has; chosen
 
 
 @compiled
@@ -21,9 +22,27 @@ def push_as_told(x: Any) -> None:
 
 
 @compiled
+def _gain(x: Any) -> float:
+    """Shown over true speed, 0 if a car is too slow to tell."""
+    return float(x.meas_v / x.vx) if abs(x.vx) > LEAST_SHOWN * x.slow else 0.0
+
+
+@compiled
+def heed_shown(x: Any, dt: float, begins: bool) -> None:
+    """A controller regulates the speed that sensors show: learn from a row, `dt` [s] after the last one, what they make
+    of it, from the first one at once.
+
+    Wheels slip by what the controller asks for. Without a filter, it would answer the slip of one row in the next one.
+    """
+    gain = _gain(x)
+    if gain > 0.0:
+        x.speed_gain += (gain - x.speed_gain) * (1.0 if begins else dt / (dt + SMOOTHED))
+
+
+@compiled
 def take_as_shown(x: Any, begins: bool, states: Any) -> None:
     """The speed is what the car's sensors show: learn from a row what they make of it, from the first one at once."""
-    gain = x.meas_v / x.vx if abs(x.vx) > LEAST_SHOWN * x.slow else 0.0
+    gain = _gain(x)
     if gain <= 0.0:
         return
     x.speed_gain = gain

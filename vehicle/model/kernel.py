@@ -31,8 +31,9 @@ from numba.extending import intrinsic
 
 from machine_code import compiled
 from vehicle.messages import FloatArray
+from vehicle.model.air_forces import blow
 from vehicle.model.bus import BLEND_TIME, GRAVITY
-from vehicle.model.imposed_speed import push_as_told, take_as_shown
+from vehicle.model.imposed_speed import heed_shown, push_as_told, take_as_shown
 from vehicle.model.road_hold import hold, hold_across, hold_along, hold_path, left_across
 
 KINEMATIC, DYNAMIC = 0, 1
@@ -138,7 +139,7 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.traction = x.mass_ref * max(x.accel, 0.0)
     x.brake = x.mass_ref * max(-x.accel, 0.0)
     if x.wind_x != 0.0 or x.wind_y != 0.0:
-        _blow(x)
+        blow(x)
     _slot(2, bus, table, bounds, parameters, memory)
     if held:
         hold_along(x)
@@ -153,27 +154,6 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
     if held:
         hold_path(x, left_across(x))
-
-
-@compiled
-def _blow(x: Any) -> None:
-    """What the world's wind changes of the forces of the air: it acts with the speed through the air, not over ground.
-
-    Along, k u |u| takes the place of k v |v|, but a tail wind takes away no more drag than the model has: it pushes no
-    car that is faster. Across, the force goes with the sine of the angle at which the air comes. It acts in the middle
-    of the body. Source: M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., ch. 2.
-    """
-    c, s = math.cos(x.yaw), math.sin(x.yaw)
-    along = x.vx - (x.wind_x * c + x.wind_y * s)
-    across = x.vy - (x.wind_y * c - x.wind_x * s)
-    air, still = math.hypot(along, across), math.hypot(x.vx, x.vy)
-    ahead = 1.0 if x.vx >= 0.0 else -1.0
-    push = -ahead * x.wind_drag * air * along  # > 0: the air comes from behind
-    helped = push + x.wind_drag * x.vx * x.vx
-    if helped > 0.0:
-        helped = min(helped, max(push, 0.0) + x.still_drag * x.vx * x.vx)
-    x.drag += ahead * x.mass_ref * helped
-    x.push = -x.mass_ref * x.wind_side * (air * across - still * x.vy)
 
 
 @compiled
@@ -337,6 +317,8 @@ def run(
             x.t = x.t_start + x.count * x.dt
             _show(x, r0)
             _slot(5, bus, table, bounds, parameters, memory)
+            if mode == SPEED:
+                heed_shown(x, x.dt, x.count <= 1.0)
             if int(x.count) % every == 0:
                 _write(trace[rows], x, measured)
                 rows += 1
@@ -446,6 +428,8 @@ def replay(
         _restart(x, states[0])
     if mode == IMPOSED:
         x.vx = commands[0, 5]
+    shown = mode == IMPOSED or mode == SPEED  # cars that go by the speed that their sensors show
+    kept = memory.copy() if shown else memory
     _settle(x, mode, bus, table, bounds, parameters, memory)
     if kind == DYNAMIC and starts.shape[0] > 0 and math.isnan(states[0, 5]):
         x.yaw_rate = x.vx * math.tan(x.steer) / x.wheelbase
@@ -454,8 +438,7 @@ def replay(
     segment = 0
     seen = t[0]
     took = 0.0
-    kept = memory.copy() if mode == IMPOSED else memory
-    for turn in range(-1 if mode == IMPOSED else 0, n):  # an imposed speed: the first row twice, see `take_as_shown`
+    for turn in range(-1 if shown else 0, n):  # the first row twice, at first to learn what sensors make of the speed
         k = max(turn, 0)
         if segment < starts.shape[0] and starts[segment] == k:
             if k > 0:
@@ -482,6 +465,8 @@ def replay(
                     x.dt = x.t - seen
                 seen = x.t
                 _slot(5, bus, table, bounds, parameters, memory)
+                if mode == SPEED:
+                    heed_shown(x, x.dt, turn < 0)
                 x.dt, x.moved = dt, 0.0
                 row = out[k]
                 row[0], row[1], row[2], row[3] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v
@@ -491,6 +476,7 @@ def replay(
                     take_as_shown(x, turn < 0, states)
                 if turn < 0:
                     memory[:] = kept
+                    _settle(x, mode, bus, table, bounds, parameters, memory)
                     break
                 if k == n - 1:
                     break
