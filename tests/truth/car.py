@@ -283,12 +283,14 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
     r = q[R] if slipping else v * math.tan(d) / p[C_L]
     vy_rear = q[VY] - b * r if slipping else 0.0
     c, s = math.cos(q[YAW]), math.sin(q[YAW])
-    f[X], f[Y], f[YAW] = v * c - vy_rear * s, v * s + vy_rear * c, r
     wind = p[WIND]
     if p[WIND_H] != math.inf:  # of the vector over ground, the part against the car
         wind *= math.cos(p[WIND_H]) * c + math.sin(p[WIND_H]) * s
     wind += v
     up, left = ground(q, p)
+    level, aside = v * math.cos(up), vy_rear * math.cos(left)  # the map is a view from above
+    f[X], f[Y] = level * c - aside * s, level * s + aside * c
+    f[YAW] = r * math.cos(left) / math.cos(up)
     across = -G * math.sin(left)
     forces = a - p[VISCOUS] * v - p[AERO] * v * v + p[WIND_K] * (v * v - wind * abs(wind))
     along = forces / p[M_RATIO]  # a load changes none of them

@@ -15,6 +15,10 @@ integrated by the linearly implicit trapezoidal rule (second order, stable for s
 smoothly into the kinematic model between 2 and 1 m/s; below 1 m/s and in reverse it is purely kinematic (speeds of a
 car with a wheelbase of 2 m or more; those of a smaller one go with the root of its size).
 
+Speeds and rates are those of the body, along and about the normal of the ground. On a slope, x and y, level in the map,
+change by vx cos(grade) ahead and vy cos(bank) aside, and the heading by r cos(bank)/cos(grade) (Euler angles; without
+what pitching over a crest adds on a bank, the product of two small angles).
+
 Source: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., eqs. 2.24-2.31 (single track), 2.1 (kinematic);
 E. Hairer, G. Wanner, Solving ODEs II, sec. IV.7 (linearly implicit methods). Valid for lateral accelerations up to
 about 4 m/s^2 with linear tyres; beyond, add `tyre_saturation`.
@@ -248,11 +252,15 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> float:
     vyr1 = vy1 - x.cg_rear * r1
     vyr_mean = 0.5 * (vyr0 + vyr1)
 
-    heading = x.yaw + 0.5 * dt * r_mean
+    ahead, aside, turned = v_mean, vyr_mean, r_mean
+    if x.grade != 0.0 or x.bank != 0.0:  # motion is in the plane of the ground, position and heading are in the map
+        up, across = math.cos(x.grade), math.cos(x.bank)
+        ahead, aside, turned = ahead * up, aside * across, turned * across / up
+    heading = x.yaw + 0.5 * dt * turned
     c, s = math.cos(heading), math.sin(heading)
-    x.x += dt * (v_mean * c - vyr_mean * s)
-    x.y += dt * (v_mean * s + vyr_mean * c)
-    x.yaw += dt * r_mean
+    x.x += dt * (ahead * c - aside * s)
+    x.y += dt * (ahead * s + aside * c)
+    x.yaw += dt * turned
     x.ax = (v1 - v0) / dt - r_mean * vyr_mean - _pull(x.grade)
     x.ay = (vyr1 - vyr0) / dt + r_mean * v_mean - gy
     x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1

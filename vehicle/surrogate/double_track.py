@@ -299,12 +299,13 @@ def advance(
         s[VX] = vx * c + vy * sn + h * (feel_x + pull_x)
         s[VY] = vy * c - vx * sn + h * (feel_y + pull_y)
         s[R] = r + h * spin_up
-        heading = s[YAW] + 0.5 * h * s[R]
+        turned = s[R] * math.cos(bank) / math.cos(grade)  # in the map, as the way ahead and aside
+        heading = s[YAW] + 0.5 * h * turned
         c, sn = math.cos(heading), math.sin(heading)
-        ux, uy = 0.5 * (vx + s[VX]), 0.5 * (vy + s[VY])
+        ux, uy = 0.5 * (vx + s[VX]) * math.cos(grade), 0.5 * (vy + s[VY]) * math.cos(bank)
         s[X] += h * (ux * c - uy * sn)
         s[Y] += h * (ux * sn + uy * c)
-        s[YAW] += h * s[R]
+        s[YAW] += h * turned
 
         # lean: forces at the ground act on the arm below the centre of gravity
         arm = p[HCG] - (b * p[RCF] + a * p[RCR]) / p[L]
