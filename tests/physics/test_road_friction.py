@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from vehicle_models import plant
 
@@ -35,10 +36,11 @@ def test_weak_brakes_decide_where_the_road_holds_more() -> None:
 
 
 def test_downhill_the_weight_pulls_and_presses_less() -> None:
-    """a = mu g cos(slope) - g sin(slope)."""
+    """a = mu g cos(slope) - g sin(slope) along the slope; a map shows the way from above."""
     slope = -0.1
     a = 0.4 * G * math.cos(slope) + G * math.sin(slope)
-    assert stopped(15.0, 0.4, 8.0, grade=slope) == pytest.approx(15.0**2 / (2.0 * a), rel=2e-4)
+    way = stopped(15.0, 0.4, 8.0, grade=slope) / math.cos(slope)
+    assert way == pytest.approx(15.0**2 / (2.0 * a), rel=2e-4)
 
 
 def test_turning_parts_are_braked_by_the_tyres_as_well() -> None:
@@ -90,6 +92,30 @@ def test_without_a_stated_friction_nothing_changes() -> None:
     for car in (free, told):
         car.command(0.15, accel=-4.0)
     assert free.advance(2000).tobytes() == told.advance(2000).tobytes()
+
+
+@pytest.mark.parametrize(("limit", "friction", "holds"), [(4.0, 0.9, 4.0), (8.0, 0.3, 0.3 * G), (5.0, 0.6, 5.0)])
+def test_tyres_of_a_limit_hold_the_lower_one_of_theirs_and_of_the_road(
+    limit: float, friction: float, holds: float
+) -> None:
+    """Both are limits of one force: a car whose tyres hold 5 m/s^2 holds them where the road would hold 5.9."""
+    both, one = (plant("dynamic_bicycle", {"tyre_saturation": {"limit": most}}, v=20.0) for most in (limit, holds))
+    both.friction(friction)
+    for car in (both, one):
+        car.command(0.2)
+    held, wanted = both.advance(2000), one.advance(2000)
+    assert np.abs(wanted[:, 10]).max() > 0.95 * holds
+    assert held[:, [7, 8, 10]] == pytest.approx(wanted[:, [7, 8, 10]], abs=1e-9)
+
+
+def test_tyres_of_a_limit_across_leave_the_brakes_alone_but_for_what_the_road_holds() -> None:
+    """Of `tyre_saturation`, which names a limit across, nobody knows what the tyres hold along."""
+    car = plant("dynamic_bicycle", {"tyre_saturation": {"limit": 4.0}}, v=20.0)
+    car.command(0.0, accel=-7.0)
+    assert car.advance(1000)[-1, 5] == pytest.approx(13.0, abs=1e-9)
+    assert stopped(
+        15.0, 0.5, 8.0, base="dynamic_bicycle", effects={"tyre_saturation": {"limit": 4.0}}
+    ) == pytest.approx(15.0**2 / (2.0 * 0.5 * G), rel=2e-4)
 
 
 ICE = 0.1

@@ -100,6 +100,7 @@ class Bus(Protocol):
     tangent_rear: Annotated[float, "N/rad", "slope of fy_rear over slip_rear"]
     load_front: Annotated[float, "-", "load of the front axle over its static one, as far as tyre forces follow it"]
     load_rear: Annotated[float, "-", "the same of the rear axle"]
+    tyre_limit: Annotated[float, "m/s^2", "what tyres hold across over mass where the road cuts side forces, else inf"]
     fy_front_lead: Annotated[float, "N", "fy_front at the start of the step minus what mean and steer_lead give for it"]
     fy_rear_lead: Annotated[float, "N", "fy_rear at the start of the step minus its mean"]
     yaw_moment: Annotated[float, "N m", "added"]

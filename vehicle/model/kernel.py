@@ -124,6 +124,7 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     x.load_front = x.load_rear = 1.0
+    x.tyre_limit = math.inf
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)

@@ -40,8 +40,8 @@ def left_across(x: Any) -> float:
 
 @compiled
 def hold_across(x: Any) -> None:
-    """Cut the side forces of the axles to what the road holds."""
-    left = left_across(x)
+    """Cut the side forces of the axles to what the road, or tyres of a lower limit, hold."""
+    left = min(left_across(x), x.tyre_limit)
     front = left * x.mass * x.cg_rear / x.wheelbase * x.load_front
     rear = left * x.mass * x.cg_front / x.wheelbase * x.load_rear
     tf, tr = math.tanh(x.fy_front / front), math.tanh(x.fy_rear / rear)
