@@ -65,6 +65,32 @@ def test_a_car_without_tyres_runs_wide_on_the_circle_that_the_road_holds() -> No
     assert yaw_rate == pytest.approx(0.3 * G / 12.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("bank", [0.1, -0.1])
+def test_a_bank_helps_a_car_without_tyres_through_its_curve_or_takes_its_hold(bank: float, side: float) -> None:
+    """v^2 k + g sin(bank) = mu g cos(bank) in a curve to the left: a bank whose left side is up needs tyres itself."""
+    car = plant(v=12.0)
+    car.friction(0.3)
+    car.road(0.0, 0.0, side * bank)
+    car.command(side * 0.4)
+    row = car.advance(1000)[-1]
+    assert side * row[5] * row[8] == pytest.approx(0.3 * G * math.cos(bank) - G * math.sin(bank), rel=1e-4)
+
+
+@pytest.mark.parametrize("bank", [0.25, -0.25])
+@pytest.mark.parametrize("v", [0.0, 0.3, 10.0])
+def test_a_car_without_tyres_on_a_bank_that_no_tyre_would_hold_turns_no_more_than_it_is_steered(
+    v: float, bank: float
+) -> None:
+    car = plant(v=v)
+    car.friction(0.15)
+    car.road(0.0, 0.0, bank)
+    car.command(0.2)
+    rows = car.advance(200)
+    curved = rows[:, 8] * np.sign(rows[:, 5])  # it may roll back, as its wheels are turned uphill
+    assert ((curved >= 0.0) & (curved <= np.abs(rows[:, 5]) * math.tan(0.2) / 2.5 + 1e-9)).all()
+
+
 def test_tyres_hold_no_more_across_than_mu_times_their_load() -> None:
     car = plant("dynamic_bicycle", v=20.0)
     car.friction(0.3)

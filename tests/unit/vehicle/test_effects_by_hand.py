@@ -37,6 +37,7 @@ QUIET = dict.fromkeys(  # if not in a case
         "steered_pull",
         "steer",
         "road_friction",
+        "push",
     ),
     0.0,
 )
@@ -154,6 +155,9 @@ PLAIN: tuple[Row, ...] = (
      {"fy_front": 800.0, "fy_rear": 640.0, "tangent_front": 2e5, "tangent_rear": 1.6e5}),
     ("load_transfer", {"c": 0.8}, {**TURN, "vx": 10.0, "yaw_rate": 0.2 * GRAVITY},
      {"fy_front": 200.0, "fy_rear": 160.0, "tangent_front": 5e4, "tangent_rear": 4e4}),
+    # a wind that pushes by half the weight is held by the tyres as a curve of that
+    ("load_transfer", {"c": 0.8}, {**TURN, **CAR, "vx": 10.0, "yaw_rate": 0.0, "push": 500.0 * GRAVITY},
+     {"fy_front": 800.0, "fy_rear": 640.0, "tangent_front": 2e5, "tangent_rear": 1.6e5}),
     ("axle_load_shift", {"c": 1.0}, {**CAR, **TURN, "traction": 0.0, "brake": 100.0 * GRAVITY,
                                      "vx": 1.0},
      {"fy_front": 1200.0, "tangent_front": 3e5, "fy_rear": 600.0, "tangent_rear": 1.5e5}),
