@@ -13,10 +13,17 @@ SMOOTHED = 0.05  # s, filter of the speed that a controller sees, as `accel_cont
 
 
 @compiled
-def push_as_told(x: Any) -> None:
-    """Traction and brake are those of the motion, whatever drive and brakes are."""
+def push_as_told(x: Any, blend: float) -> None:
+    """Traction and brake are those of the motion, whatever drive and brakes are.
+
+    blend: share of the motion with tyres, whose front ones hold the car back in a bend, as they did in the last step
+    """
     need = (x.mass + x.rotating_mass) * x.accel_cmd / x.speed_gain - x.drag + x.mass * GRAVITY * math.sin(x.grade)
     need += x.resistance if x.vx >= 0.0 else -x.resistance
+    if blend > 0.0:
+        need += blend * (x.fy_front * math.sin(x.steer) - x.mass * x.yaw_rate * x.vy)
+    if blend < 1.0 and x.bank != 0.0:
+        need += (1.0 - blend) * x.mass * GRAVITY * math.sin(x.bank) * x.cg_rear * x.curvature
     x.traction = max(need, 0.0) if x.vx >= 0.0 else 0.0
     x.brake = max(need if x.vx < 0.0 else -need, 0.0)
 

@@ -149,7 +149,7 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     if held:
         hold_along(x)
     if mode == IMPOSED:
-        push_as_told(x)
+        push_as_told(x, _blend(x, kind))
     if kind == DYNAMIC:
         _tyres(x)
     _slot(SHAPES, bus, table, bounds, parameters, memory)
