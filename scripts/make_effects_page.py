@@ -56,6 +56,11 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
 - The ground is the plane of `road_grade` and `road_bank`, with at most one hill or hollow on it (`road_profile`). An
   open-loop run has no road file, so it contains no other grade that changes along the way. (In a scenario, the twin
   gets the grade from the elevation of the road file.)
+- `v` is along the ground and `yaw_rate` about its normal. `x`, `y` and `yaw` are those of a map: on a slope, the way
+  ahead is v cos(grade), and the heading changes by yaw_rate cos(bank)/cos(grade).
+- A kinematic car is that of textbooks: turning takes nothing from its drive. A real one gives up speed when it turns in
+  and gets it back when it turns out, as v^2 (1 + (l_r^2 + I/m) tan(d)^2/L^2) stays: 0.25 % at 0.1 rad of steering, 1 %
+  at 0.2, 2.3 % at 0.3, 6.7 % at 0.5. A car with tyres does, above 2 m/s: where tight bends matter, take that.
 - `headwind` is only what the wind changes of the drag: give the model an `aero_drag` of at least its `k`. Without one,
   a tail wind takes away a drag that the model does not have, and drives the car on faster than it blows itself.
 - The discs of `brake_fade` are cold when a log begins, and a car that stands then has a steering that sticks

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from plain_effects import Applied
 
-from vehicle.model import imposed_speed, kernel, road_hold
+from vehicle.model import air_forces, imposed_speed, kernel, road_hold
 from vehicle.model.effect import SLOTS
 from vehicle.model.kernel import SHAPES, TAKES
 from vehicle.model.kernel_layout import ROAD_HOLDS
@@ -33,7 +33,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> Plain:
         monkeypatch.setattr(kernel, "_slot", slot)
         return getattr(kernel, name)
 
-    for module in (road_hold, imposed_speed, kernel):
+    for module in (road_hold, imposed_speed, air_forces, kernel):
         for name, function in list(vars(module).items()):
             if hasattr(function, "py_func"):
                 monkeypatch.setattr(module, name, function.py_func)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +16,7 @@ CAR = {
     "yaw_inertia": 2500.0, "turning_inertia": 2500.0, "wheel_radius": 0.3, "gear_ratio": 9.0, "full_throttle": 4.0,
     "full_brake": 8.0, "slow": 1.0, "dt": 0.1, "accel_arrived": 0.0,
     "load_front": 1.0, "load_rear": 1.0, "speed_gain": 1.0,
+    "tyre_limit": math.inf,
 }  # fmt: skip
 """A car of which no two numbers are the same by chance."""
 

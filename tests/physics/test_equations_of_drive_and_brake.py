@@ -41,9 +41,12 @@ def test_a_gain_acts_on_its_own_sign(effect: object, key: str, accel: float, lea
     assert (x.accel, x.accel_lead) == (-accel, lead)
 
 
-def test_mass_divides_all_that_is_asked_for() -> None:
-    x = applied(mass, bus(accel=2.0, accel_lead=-0.5, accel_jump=-0.4, accel_arrived=3.0), ratio=1.25)
-    assert (x.accel, x.accel_lead, x.accel_jump, x.accel_arrived) == pytest.approx((1.6, -0.4, -0.32, 2.4))
+def test_mass_divides_forces_but_not_what_goes_with_the_weight() -> None:
+    """Of 500 N of resistance the drive makes 100."""
+    forces = {"traction": 900.0, "brake": 400.0, "drag": -60.0, "resistance": 500.0, "drive_drag": 100.0}
+    x = applied(mass, bus(accel_lead=-0.5, rotating_mass=50.0, **forces), ratio=1.25)
+    assert (x.traction, x.brake, x.drag, x.rotating_mass) == pytest.approx((720.0, 320.0, -48.0, 40.0))
+    assert (x.resistance, x.drive_drag, x.accel_lead) == pytest.approx((480.0, 80.0, -0.4))
 
 
 @pytest.mark.parametrize(("accel", "left"), [(0.29, 0.0), (-0.29, 0.0), (0.3, 0.3), (-0.31, -0.31)])

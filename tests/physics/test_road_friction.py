@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from vehicle_models import plant
 
@@ -35,10 +36,11 @@ def test_weak_brakes_decide_where_the_road_holds_more() -> None:
 
 
 def test_downhill_the_weight_pulls_and_presses_less() -> None:
-    """a = mu g cos(slope) - g sin(slope)."""
+    """a = mu g cos(slope) - g sin(slope) along the slope; a map shows the way from above."""
     slope = -0.1
     a = 0.4 * G * math.cos(slope) + G * math.sin(slope)
-    assert stopped(15.0, 0.4, 8.0, grade=slope) == pytest.approx(15.0**2 / (2.0 * a), rel=2e-4)
+    way = stopped(15.0, 0.4, 8.0, grade=slope) / math.cos(slope)
+    assert way == pytest.approx(15.0**2 / (2.0 * a), rel=2e-4)
 
 
 def test_turning_parts_are_braked_by_the_tyres_as_well() -> None:
@@ -61,6 +63,32 @@ def test_a_car_without_tyres_runs_wide_on_the_circle_that_the_road_holds() -> No
     car.command(0.4)
     yaw_rate = car.advance(1000)[-1, 8]
     assert yaw_rate == pytest.approx(0.3 * G / 12.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("bank", [0.1, -0.1])
+def test_a_bank_helps_a_car_without_tyres_through_its_curve_or_takes_its_hold(bank: float, side: float) -> None:
+    """v^2 k + g sin(bank) = mu g cos(bank) in a curve to the left: a bank whose left side is up needs tyres itself."""
+    car = plant(v=12.0)
+    car.friction(0.3)
+    car.road(0.0, 0.0, side * bank)
+    car.command(side * 0.4)
+    row = car.advance(1000)[-1]
+    assert side * row[5] * row[8] == pytest.approx(0.3 * G * math.cos(bank) - G * math.sin(bank), rel=1e-4)
+
+
+@pytest.mark.parametrize("bank", [0.25, -0.25])
+@pytest.mark.parametrize("v", [0.0, 0.3, 10.0])
+def test_a_car_without_tyres_on_a_bank_that_no_tyre_would_hold_turns_no_more_than_it_is_steered(
+    v: float, bank: float
+) -> None:
+    car = plant(v=v)
+    car.friction(0.15)
+    car.road(0.0, 0.0, bank)
+    car.command(0.2)
+    rows = car.advance(200)
+    curved = rows[:, 8] * np.sign(rows[:, 5])  # it may roll back, as its wheels are turned uphill
+    assert ((curved >= 0.0) & (curved <= np.abs(rows[:, 5]) * math.tan(0.2) / 2.5 + 1e-9)).all()
 
 
 def test_tyres_hold_no_more_across_than_mu_times_their_load() -> None:
@@ -92,6 +120,30 @@ def test_without_a_stated_friction_nothing_changes() -> None:
     assert free.advance(2000).tobytes() == told.advance(2000).tobytes()
 
 
+@pytest.mark.parametrize(("limit", "friction", "holds"), [(4.0, 0.9, 4.0), (8.0, 0.3, 0.3 * G), (5.0, 0.6, 5.0)])
+def test_tyres_of_a_limit_hold_the_lower_one_of_theirs_and_of_the_road(
+    limit: float, friction: float, holds: float
+) -> None:
+    """Both are limits of one force: a car whose tyres hold 5 m/s^2 holds them where the road would hold 5.9."""
+    both, one = (plant("dynamic_bicycle", {"tyre_saturation": {"limit": most}}, v=20.0) for most in (limit, holds))
+    both.friction(friction)
+    for car in (both, one):
+        car.command(0.2)
+    held, wanted = both.advance(2000), one.advance(2000)
+    assert np.abs(wanted[:, 10]).max() > 0.95 * holds
+    assert held[:, [7, 8, 10]] == pytest.approx(wanted[:, [7, 8, 10]], abs=1e-9)
+
+
+def test_tyres_of_a_limit_across_leave_the_brakes_alone_but_for_what_the_road_holds() -> None:
+    """Of `tyre_saturation`, which names a limit across, nobody knows what the tyres hold along."""
+    car = plant("dynamic_bicycle", {"tyre_saturation": {"limit": 4.0}}, v=20.0)
+    car.command(0.0, accel=-7.0)
+    assert car.advance(1000)[-1, 5] == pytest.approx(13.0, abs=1e-9)
+    assert stopped(
+        15.0, 0.5, 8.0, base="dynamic_bicycle", effects={"tyre_saturation": {"limit": 4.0}}
+    ) == pytest.approx(15.0**2 / (2.0 * 0.5 * G), rel=2e-4)
+
+
 ICE = 0.1
 
 
@@ -103,11 +155,12 @@ def on_ice(effects: dict[str, dict[str, float]], steer: float, accel: float = 0.
 
 
 def test_a_body_leans_by_the_side_force_that_the_road_holds() -> None:
-    """In a steady turn the accelerometer shows (1 + gain) ay, on ice as everywhere: at most 1.2 mu g."""
+    """It adds a fifth of what accelerates the centre of gravity, 1.3 m ahead of the rear axle: at most mu g."""
     car = on_ice({"body_roll": {"gain": 0.2, "frequency": 2.0, "damping": 0.5}}, 0.3)
-    row = car.advance(2000)[-1]
+    before, row = car.advance(2000)[-2:]
+    held = row[10] + 1.3 * (row[8] - before[8]) / 1e-3
     shown = car.shown_row()[10]
-    assert shown == pytest.approx(1.2 * row[10], rel=1e-3)
+    assert shown == pytest.approx(row[10] + 0.2 * held, rel=1e-3)
     assert 1.15 * ICE * G < shown < 1.2 * ICE * G
 
 

@@ -46,6 +46,24 @@ def test_a_braked_stop_with_fading_takes_the_time_of_the_closed_form() -> None:
     assert stopped == pytest.approx(v0 / 4.0 + k * v0**3 / 12.0, abs=0.01)
 
 
+def test_a_motor_that_brakes_neither_fades_nor_heats_the_discs() -> None:
+    """Of 3 m/s^2 it takes over 1: each stop leaves the discs v^2/2 less what 1 m/s^2 does along its way."""
+    k, motor = 0.001, 1.0
+    car = plant(effects={"brake_fade": {"k": k, "tau": 1e9}, "brake_gain": {"motor": motor}}, v=20.0)
+    held = 0.0
+    for _ in range(3):
+        assert _deceleration(car) == pytest.approx(motor + (3.0 - motor) / (1.0 + k * held), rel=1e-3)
+        begun = car.state.x
+        car.advance(20_000)
+        assert car.state.v == 0.0
+        held += 0.5 * 20.0**2 - motor * (car.state.x - begun)
+        car.command(0.0, accel=2.0)
+        car.advance(10_000)
+    car.command(0.0, accel=-motor)
+    car.advance(5000)
+    assert car.state.v == pytest.approx(15.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("pause", [10.0, 40.0, 120.0])
 def test_a_hot_disc_cools_by_the_exponential_law_standing_or_driving(pause: float) -> None:
     k, tau = 0.01, 40.0

@@ -276,6 +276,22 @@ def test_a_car_that_coasts_round_slowly_gains_nothing(
     assert (gained - gained[0]).max() < 0.01 * gained[0]  # in 10 s; the rule of the step is of second order
 
 
+@pytest.mark.parametrize(("steer", "share"), [(0.1, 0.0025), (0.3, 0.0231), (0.5, 0.0672)])
+def test_a_car_with_tyres_pays_for_turning_in_and_gets_it_back(steer: float, share: float) -> None:
+    """m (v^2 + (b r)^2) + I r^2 stays where stiff tyres keep r = v tan(d)/L; the shares of a car with I = m a b and its
+    centre in the middle are those of docs/effects.md. A kinematic car pays nothing."""
+    stiff = {"cornering_stiffness_front": 1e6, "cornering_stiffness_rear": 1e6}
+    round_numbers = {"cg_to_front_axle": 0.5 * L, "yaw_inertia": M * 0.25 * L * L, **stiff}
+    there_and_back = np.zeros((4000, 6))
+    there_and_back[:, 0] = steer * np.minimum(np.arange(4000), 4000 - np.arange(4000)) / 2000.0  # 2 s each
+    for base, paid in (("dynamic_bicycle", share), ("kinematic_bicycle", 0.0)):
+        car = Plant(model(base).with_car(round_numbers), every=1)  # type: ignore[arg-type]
+        car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=5.0))
+        v = car.drive(there_and_back, 1)[:, 5]
+        assert 1.0 - v[1999] / 5.0 == pytest.approx(paid, rel=0.1, abs=1e-9)  # tyres slip a little
+        assert v[-1] == pytest.approx(5.0, rel=0.1 * share)
+
+
 @pytest.mark.parametrize("speed", [1.4, 1.8])
 def test_a_replay_of_a_car_that_coasts_round_slowly_gains_nothing_either(speed: float) -> None:
     t = np.arange(500) * 0.02

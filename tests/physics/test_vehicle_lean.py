@@ -9,7 +9,10 @@ import pytest
 from scipy.signal import lsim
 from vehicle_models import CAR, model
 
+from vehicle.messages import VehicleState
 from vehicle.model.open_loop import Replay
+from vehicle.model.plant import Plant
+from vehicle.model.wind import air_coefficients
 
 T = np.arange(500) * 0.02
 V, AX, AY = 3, 5, 6
@@ -70,3 +73,41 @@ def test_in_a_steady_turn_a_swaying_body_shows_what_a_rigid_lean_does() -> None:
     rigid = replay.run({("roll", "gain"): GAIN}, starts=np.array([0]), states=ROLLING)
     assert swaying[-1, AY] == pytest.approx(rigid[-1, AY], rel=2e-3)
     assert abs(swaying[:, V] - rigid[:, V]).max() < 1e-12  # nothing but the instrument
+
+
+@pytest.mark.parametrize("steer", [0.5, -0.5])
+@pytest.mark.parametrize("pulling", [{}, {"steered_wheel_forces": {"drive": 1.0, "brake": 1.0}}])
+def test_a_body_leans_by_the_part_of_its_steered_wheels_forces_that_acts_across(
+    pulling: dict[str, dict[str, float]], steer: float
+) -> None:
+    """Side forces act at right angles to the wheels, drive along them: what acts across the body is m ay at its centre
+    of gravity. In a turn that is steady, or nearly so, the body is as far out as a rigid lean has it."""
+    car = model("dynamic_bicycle", pulling).with_car({"ay_x": CAR["wheelbase"] - CAR["cg_to_front_axle"]})
+    commands = {"steer_cmd": np.full(500, steer), "accel_cmd": np.full(500, 1.0)}
+    start = np.array([[0.0, 0.0, 0.0, 5.0, np.nan, np.nan]])
+    swaying, rigid, stiff = (
+        Replay(car, T, commands, step=0.005).run(values, starts=np.array([0]), states=start)
+        for values in (lean("body_roll", damping=0.7), {("roll", "gain"): GAIN}, {})
+    )
+    leaning, wanted = (shown[200:, AY] - stiff[200:, AY] for shown in (swaying, rigid))
+    assert np.abs(wanted).min() > 0.3
+    assert leaning == pytest.approx(wanted, rel=0.01)
+
+
+def test_wind_leans_a_body_by_what_its_tyres_hold_against_it() -> None:
+    """A body that the wind pushes at its centre of gravity leans away from the wind, not as in a turn: -gain W/m where
+    the tyres hold all of it. Then nothing accelerates, and the lean is all that is shown."""
+    car = Plant(model("dynamic_bicycle", {"body_roll": {"gain": GAIN, "frequency": FREQUENCY, "damping": 0.7}}))
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=20.0))
+    car.wind(0.0, 10.0)
+    rows = []
+    for _ in range(600):  # a driver who keeps the heading
+        state = car.state
+        car.command(-0.5 * state.yaw - 0.2 * state.yaw_rate)
+        car.advance(10)
+        rows.append(car.shown_row())
+    pushed = air_coefficients(car.model)[1] * np.hypot(20.0, 10.0) * 10.0
+    assert abs(rows[-1][8]) < 1e-3
+    assert rows[-1][10] == pytest.approx(
+        -GAIN * pushed, rel=0.1
+    )  # the car drifts with the wind and slows down a little

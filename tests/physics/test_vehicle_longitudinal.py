@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from vehicle_models import plant
+
+from vehicle.messages import VehicleState
+from vehicle.model.open_loop import Replay
+from vehicle.model.plant import Plant
+from vehicle.model.vehicle_model import VehicleModel
 
 G = 9.80665
 
@@ -202,14 +208,7 @@ def test_acceleration_controller_shrinks_a_disturbance_by_one_plus_kp() -> None:
 
 
 def test_speed_controller_settles_exponentially() -> None:
-    from dataclasses import replace
-
-    from vehicle.messages import VehicleState
-    from vehicle.model.plant import Plant
-
-    found = plant(effects={"speed_controller": {"kp": 2.0}}).model
-    found = replace(found, inputs=replace(found.inputs, longitudinal=("speed_cmd",)))
-    car = Plant(found, every=1)
+    car = Plant(asked_for_speed({}, kp=2.0), every=1)
     car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
     car.command(0.0, speed=5.0)
     rows = car.advance(3000)
@@ -217,10 +216,59 @@ def test_speed_controller_settles_exponentially() -> None:
 
 
 def test_a_heavier_car_gets_less_from_the_same_pedal() -> None:
-    from vehicle.messages import VehicleState
-    from vehicle.model.plant import Plant
-
     heavy = Plant(plant().model.with_car({"mass": 2000.0}))
     heavy.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
     heavy.command(0.0, accel=2.0)
     assert heavy.advance(1000)[-1, 5] == pytest.approx(1.0, abs=1e-9)
+
+
+def asked_for_speed(effects: dict[str, dict[str, float]], **controller: float) -> VehicleModel:
+    """A car that takes a speed as command."""
+    found = plant(effects={"speed_controller": controller, **effects}).model
+    return replace(found, inputs=replace(found.inputs, longitudinal=("speed_cmd",)))
+
+
+@pytest.mark.parametrize("ratio", [0.9, 1.1])
+def test_a_controller_of_wheels_with_another_radius_settles_where_they_show_its_command(ratio: float) -> None:
+    """e = w - k v: from standstill, k v = w (1 - exp(-kp k t)), in a twin and in a replay of its log."""
+    car = Plant(asked_for_speed({"wheel_radius": {"ratio": ratio}}, kp=2.0), every=1)
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+    car.command(0.0, speed=5.0)
+    rows = car.advance(3000)
+    assert np.abs(ratio * rows[:, 5] - 5.0 * (1.0 - np.exp(-2.0 * ratio * rows[:, 0]))).max() < 0.02
+    assert car.shown_row()[5] == pytest.approx(5.0, abs=0.03)
+    t = np.arange(0.0, 8.0, 0.02)
+    shown = Replay(car.model, t, {"steer_cmd": 0.0 * t, "speed_cmd": 0.0 * t + 5.0}).run()
+    assert np.abs(shown[:, 3] - 5.0 * (1.0 - np.exp(-2.0 * ratio * t))).max() < 0.03
+    assert shown[-1, 0] - shown[-51, 0] == pytest.approx(5.0 / ratio, rel=1e-4)  # in the last second
+
+
+@pytest.mark.parametrize(
+    ("effects", "steer", "gain"),
+    [
+        ({"wheel_radius": {"ratio": 0.9}, "drive_delay": {"T": 0.3}, "drive_lag": {"tau": 0.2}}, 0.0, 0.9),
+        ({"front_wheel_speed": {"share": 1.0}, "drive_delay": {"T": 0.3}}, 0.4, 1.0 / math.cos(0.4)),
+    ],
+)
+def test_a_controller_asks_for_nothing_where_the_wheels_show_its_command(
+    effects: dict[str, dict[str, float]], steer: float, gain: float
+) -> None:
+    """From the first row on: what is on its way to the drive when a log begins was asked for by the same measure."""
+    t = np.arange(0.0, 4.0, 0.02)
+    replay = Replay(
+        asked_for_speed(effects, kp=2.0, ki=0.5), t, {"steer_cmd": 0.0 * t + steer, "speed_cmd": 0.0 * t + 6.0}
+    )
+    shown = replay.run(starts=np.array([0]), states=np.array([[0.0, 0.0, 0.0, 6.0 / gain, math.nan, math.nan]]))
+    assert shown[:, 3] == pytest.approx(6.0, abs=1e-9)
+    assert shown[:, 5] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("kp", [0.5, 5.0])
+def test_a_controller_takes_the_slip_of_its_wheels_for_speed(kp: float) -> None:
+    """Uphill the drive holds g sin(slope): kp (w - v (1 + c g sin(slope))) = g sin(slope), without swinging."""
+    slope, c = 0.1, 0.02
+    pull = G * math.sin(slope)
+    t = np.arange(0.0, 30.0, 0.02)
+    model = asked_for_speed({"wheel_slip": {"c_drive": c}, "road_grade": {"slope": slope}}, kp=kp)
+    shown = Replay(model, t, {"steer_cmd": 0.0 * t, "speed_cmd": 0.0 * t + 15.0}).run()
+    assert shown[-200:, 3] == pytest.approx(15.0 - pull / kp, rel=1e-3)

@@ -65,7 +65,7 @@ def test_a_car_that_gets_faster_on_a_bank_sways_without_a_jump() -> None:
 def heights(rows: np.ndarray) -> np.ndarray:
     """Of the centre of gravity above a plane that rises by BANK to the left of the x axis [m]."""
     rear = CAR["wheelbase"] - CAR["cg_to_front_axle"]
-    return np.asarray(math.sin(BANK) * (rows[:, 1] + rear * np.sin(rows[:, 2])))
+    return np.asarray(math.tan(BANK) * rows[:, 1] + math.sin(BANK) * rear * np.sin(rows[:, 2]))
 
 
 @pytest.mark.parametrize("v", [3.0, -3.0])

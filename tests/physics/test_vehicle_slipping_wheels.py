@@ -134,6 +134,29 @@ def test_an_imposed_speed_is_the_one_that_the_wheels_show(base: str, effect: str
     assert np.hypot(*(told[-1] - driven[-1])[:2]) < 0.1
 
 
+@pytest.mark.parametrize("steer", [0.15, 0.3])
+@pytest.mark.parametrize(
+    ("name", "values"), [("axle_load_shift", {"c": 0.3}), ("steered_wheel_forces", {"drive": 1.0, "brake": 0.6})]
+)
+def test_wheels_that_hold_a_speed_through_a_bend_push_against_the_side_force_of_the_front_axle(
+    name: str, values: dict[str, float], steer: float
+) -> None:
+    """m v' = F - F_yf sin(d) + m r v_y: a car that is driven and one of which only that speed is known turn alike."""
+    t = np.arange(0.0, 12.0, 0.02)
+    commands = {"steer_cmd": steer * np.sin(0.5 * t), "accel_cmd": 0.6 + np.sin(0.8 * t)}
+    model = car("dynamic_bicycle").with_effect(name, values)
+    start = {"starts": np.array([0]), "states": np.array([[0.0, 0.0, 0.0, 6.0, np.nan, np.nan]])}
+    driven = Replay(model, t, commands).run({}, **start)
+    told = Replay(
+        replace(model, inputs=replace(model.inputs, longitudinal=("v",))),
+        t, {"steer_cmd": commands["steer_cmd"], "v": driven[:, V]},
+    )  # fmt: skip
+    neutral = {(name, key): 0.0 for key in values}
+    off = np.abs(told.run(neutral, **start) - driven)[:, YAW_RATE].max()
+    assert off > 0.01
+    assert np.abs(told.run({}, **start) - driven)[:, YAW_RATE].max() < 0.05 * off
+
+
 COASTING: tuple[tuple[dict[str, dict[str, float]], float], ...] = (  # and by how much it slows a car at 12 m/s [m/s^2]
     ({"lift_off_braking": {"a": 0.9}}, 0.9),
     ({"motor_damping": {"zero": 0.25, "full": 0.25}}, 0.25 * (5.0 / 0.3) ** 2 * 12.0 / 1200.0),

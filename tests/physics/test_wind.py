@@ -58,6 +58,22 @@ def test_the_air_from_the_side_pushes_a_car_with_tyres(speed: float, across: flo
     assert row[7] / 1e-3 == pytest.approx(k * math.hypot(speed, across) * across, rel=0.02)
 
 
+@pytest.mark.parametrize("across", [10.0, -10.0])
+def test_tyres_that_hold_a_car_against_the_wind_drag_and_lean_as_those_that_turn_it(across: float) -> None:
+    """What they hold is the push W: c W/m of drag, a load that moves by W/(m g), and a roll that steers by as much."""
+    effects = {"cornering_drag": {"c": 0.3}, "aero_drag": {"k": K}}
+    with_it, without = (plant(v=20.0, effects=e) for e in (effects, {"aero_drag": {"k": K}}))
+    for car in (with_it, without):
+        car.wind(0.0, across)
+        car.advance(1)
+    push = air_coefficients(with_it.model)[1] * math.hypot(20.0, across) * abs(across)
+    assert (without.state.v - with_it.state.v) / 1e-3 == pytest.approx(0.3 * push, rel=1e-3)
+    rolls = plant("dynamic_bicycle", {"roll_dynamics": {"gain": 0.1, "tau": 0.2}}, v=20.0)
+    rolls.wind(0.0, across)
+    shown = rolls.advance(1)[-1]
+    assert shown[11] == pytest.approx(math.copysign(0.1 * push / 9.80665, across), rel=0.02)
+
+
 def test_a_car_without_tyres_feels_it_along_only() -> None:
     car = plant(v=20.0)
     car.wind(0.0, 10.0)

@@ -131,7 +131,6 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         wish *= p[G_DRIVE] * (1.0 - p[SAG] * (1.0 - math.exp(-s[ENERGY] / p[SAG_E])))
     else:
         wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
-    wish /= p[M_RATIO]
     lifted = 0.0
     if wish < IDLE + p[LIFT_BLEND]:
         lifted = max(p[LIFT] + p[LIFT_RISE] * (s[V] - 10.0), 0.0)
@@ -278,22 +277,24 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
 
 @compiled
 def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: FloatArray) -> None:
-    """Time derivative f of the motion q at produced acceleration a and road-wheel angle d."""
+    """Time derivative f of the motion q at produced acceleration a, without a load, and road-wheel angle d."""
     b = p[C_L] - p[C_A]
     v = q[V]
     r = q[R] if slipping else v * math.tan(d) / p[C_L]
     vy_rear = q[VY] - b * r if slipping else 0.0
     c, s = math.cos(q[YAW]), math.sin(q[YAW])
-    f[X], f[Y], f[YAW] = v * c - vy_rear * s, v * s + vy_rear * c, r
     wind = p[WIND]
     if p[WIND_H] != math.inf:  # of the vector over ground, the part against the car
         wind *= math.cos(p[WIND_H]) * c + math.sin(p[WIND_H]) * s
     wind += v
     up, left = ground(q, p)
+    level, aside = v * math.cos(up), vy_rear * math.cos(left)  # the map is a view from above
+    f[X], f[Y] = level * c - aside * s, level * s + aside * c
+    f[YAW] = r * math.cos(left) / math.cos(up)
     across = -G * math.sin(left)
-    along = a - p[ROLLING] - p[VISCOUS] * v - p[AERO] * v * v - p[CORNER] * abs(r * v - across)
-    along += p[WIND_K] * (v * v - wind * abs(wind))
-    along -= G * math.sin(up)
+    forces = a - p[VISCOUS] * v - p[AERO] * v * v + p[WIND_K] * (v * v - wind * abs(wind))
+    along = forces / p[M_RATIO]  # a load changes none of them
+    along -= p[ROLLING] + p[CORNER] * abs(r * v - across) + G * math.sin(up)
     f[VY] = f[R] = f[FF] = f[FR] = 0.0
     if slipping:
         front, rear = tyres(q, p, d)

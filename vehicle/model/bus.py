@@ -51,7 +51,11 @@ class Bus(Protocol):
     brake_cmd: Annotated[float, "-", "0..1"]
     speed_cmd: Annotated[float, "m/s", "asked speed; speed_limit cuts it"]
     v_cmd: Annotated[float, "m/s", "imposed speed (inputs.longitudinal = 'v')"]
-    speed_gain: Annotated[float, "-", "shown over true speed at the last row, by which an imposed speed is divided"]
+    speed_gain: Annotated[
+        float,
+        "-",
+        "shown over true speed at the last row: an imposed speed is divided by it, a controller sees v times it",
+    ]
     road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
     road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]
     road_friction: Annotated[float, "-", "coefficient of the world's road; 0: as much as the tyres need"]
@@ -69,6 +73,7 @@ class Bus(Protocol):
     steer_glides: Annotated[float, "-", "1 if the angle moves on straight within the step, 0 if it jumps"]
     accel_jump: Annotated[float, "m/s^2", "accel_lead as a dead time made it: nought where none did"]
     accel_arrived: Annotated[float, "m/s^2", "value that the dead time lets through by the end of the step"]
+    accel_brakes: Annotated[float, "m/s^2", "<= 0: only below it brakes come in, down to it a motor slows the car"]
     settle: Annotated[float, "-", "1 in the long steps that bring actuators to rest before a log begins, else 0"]
 
     # Slot force
@@ -77,7 +82,12 @@ class Bus(Protocol):
     resistance: Annotated[float, "N", ">= 0, opposes motion and holds at standstill (dry friction)"]
     drive_drag: Annotated[float, "N", "part of resistance with which the drive holds its wheels back"]
     drag: Annotated[float, "N", "along x, signed, depends smoothly on speed"]
-    push: Annotated[float, "N", "of the wind across, at the centre of gravity, > 0 to the left"]
+    push: Annotated[
+        float,
+        "N",
+        "of wind and steered_pull across, at the centre of gravity, > 0 to the left",
+    ]
+    steered_pull: Annotated[float, "N", "part of push that steered wheels make which drive or brake"]
     rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
 
     # Slot body
@@ -90,6 +100,7 @@ class Bus(Protocol):
     tangent_rear: Annotated[float, "N/rad", "slope of fy_rear over slip_rear"]
     load_front: Annotated[float, "-", "load of the front axle over its static one, as far as tyre forces follow it"]
     load_rear: Annotated[float, "-", "the same of the rear axle"]
+    tyre_limit: Annotated[float, "m/s^2", "what tyres hold across over mass where the road cuts side forces, else inf"]
     fy_front_lead: Annotated[float, "N", "fy_front at the start of the step minus what mean and steer_lead give for it"]
     fy_rear_lead: Annotated[float, "N", "fy_rear at the start of the step minus its mean"]
     yaw_moment: Annotated[float, "N m", "added"]

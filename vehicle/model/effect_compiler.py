@@ -36,6 +36,7 @@ for _helper in (
     step_maths.remember,
     step_maths.recall,
     step_maths.spin_up,
+    step_maths.held_across,
 ):
     register_jitable(_helper)
 

@@ -15,6 +15,10 @@ integrated by the linearly implicit trapezoidal rule (second order, stable for s
 smoothly into the kinematic model between 2 and 1 m/s; below 1 m/s and in reverse it is purely kinematic (speeds of a
 car with a wheelbase of 2 m or more; those of a smaller one go with the root of its size).
 
+Speeds and rates are those of the body, along and about the normal of the ground. On a slope, x and y, level in the map,
+change by vx cos(grade) ahead and vy cos(bank) aside, and the heading by r cos(bank)/cos(grade) (Euler angles; without
+what pitching over a crest adds on a bank, the product of two small angles).
+
 Source: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., eqs. 2.24-2.31 (single track), 2.1 (kinematic);
 E. Hairer, G. Wanner, Solving ODEs II, sec. IV.7 (linearly implicit methods). Valid for lateral accelerations up to
 about 4 m/s^2 with linear tyres; beyond, add `tyre_saturation`.
@@ -31,8 +35,9 @@ from numba.extending import intrinsic
 
 from machine_code import compiled
 from vehicle.messages import FloatArray
+from vehicle.model.air_forces import blow
 from vehicle.model.bus import BLEND_TIME, GRAVITY
-from vehicle.model.imposed_speed import push_as_told, take_as_shown
+from vehicle.model.imposed_speed import heed_shown, push_as_told, take_as_shown
 from vehicle.model.road_hold import hold, hold_across, hold_along, hold_path, left_across
 
 KINEMATIC, DYNAMIC = 0, 1
@@ -79,7 +84,7 @@ def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory
 def _wish(x: Any, mode: int) -> None:
     """Inputs of the model file -> wanted acceleration and road-wheel angle."""
     x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
-    x.accel_lead = x.accel_jump = 0.0
+    x.accel_lead = x.accel_jump = x.accel_brakes = 0.0
     x.steer_lead = -0.5 * x.steer_scale * x.steer_slope
     x.steer_glides = 0.0 if x.steer_slope == 0.0 else 1.0
     if mode == ACCELERATION:
@@ -115,9 +120,11 @@ def _tyres(x: Any) -> None:
 @compiled
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
-    x.resistance = x.drive_drag = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
+    x.resistance = x.drive_drag = x.drag = x.push = x.steered_pull = 0.0
+    x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     x.load_front = x.load_rear = 1.0
+    x.tyre_limit = math.inf
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)
@@ -137,12 +144,12 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.traction = x.mass_ref * max(x.accel, 0.0)
     x.brake = x.mass_ref * max(-x.accel, 0.0)
     if x.wind_x != 0.0 or x.wind_y != 0.0:
-        _blow(x)
+        blow(x)
     _slot(2, bus, table, bounds, parameters, memory)
     if held:
         hold_along(x)
     if mode == IMPOSED:
-        push_as_told(x)
+        push_as_told(x, _blend(x, kind))
     if kind == DYNAMIC:
         _tyres(x)
     _slot(SHAPES, bus, table, bounds, parameters, memory)
@@ -152,27 +159,6 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
     if held:
         hold_path(x, left_across(x))
-
-
-@compiled
-def _blow(x: Any) -> None:
-    """What the world's wind changes of the forces of the air: it acts with the speed through the air, not over ground.
-
-    Along, k u |u| takes the place of k v |v|, but a tail wind takes away no more drag than the model has: it pushes no
-    car that is faster. Across, the force goes with the sine of the angle at which the air comes. It acts in the middle
-    of the body. Source: M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., ch. 2.
-    """
-    c, s = math.cos(x.yaw), math.sin(x.yaw)
-    along = x.vx - (x.wind_x * c + x.wind_y * s)
-    across = x.vy - (x.wind_y * c - x.wind_x * s)
-    air, still = math.hypot(along, across), math.hypot(x.vx, x.vy)
-    ahead = 1.0 if x.vx >= 0.0 else -1.0
-    push = -ahead * x.wind_drag * air * along  # > 0: the air comes from behind
-    helped = push + x.wind_drag * x.vx * x.vx
-    if helped > 0.0:
-        helped = min(helped, max(push, 0.0) + x.still_drag * x.vx * x.vx)
-    x.drag += ahead * x.mass_ref * helped
-    x.push = -x.mass_ref * x.wind_side * (air * across - still * x.vy)
 
 
 @compiled
@@ -267,11 +253,15 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> float:
     vyr1 = vy1 - x.cg_rear * r1
     vyr_mean = 0.5 * (vyr0 + vyr1)
 
-    heading = x.yaw + 0.5 * dt * r_mean
+    ahead, aside, turned = v_mean, vyr_mean, r_mean
+    if x.grade != 0.0 or x.bank != 0.0:  # motion is in the plane of the ground, position and heading are in the map
+        up, across = math.cos(x.grade), math.cos(x.bank)
+        ahead, aside, turned = ahead * up, aside * across, turned * across / up
+    heading = x.yaw + 0.5 * dt * turned
     c, s = math.cos(heading), math.sin(heading)
-    x.x += dt * (v_mean * c - vyr_mean * s)
-    x.y += dt * (v_mean * s + vyr_mean * c)
-    x.yaw += dt * r_mean
+    x.x += dt * (ahead * c - aside * s)
+    x.y += dt * (ahead * s + aside * c)
+    x.yaw += dt * turned
     x.ax = (v1 - v0) / dt - r_mean * vyr_mean - _pull(x.grade)
     x.ay = (vyr1 - vyr0) / dt + r_mean * v_mean - gy
     x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1
@@ -336,6 +326,8 @@ def run(
             x.t = x.t_start + x.count * x.dt
             _show(x, r0)
             _slot(5, bus, table, bounds, parameters, memory)
+            if mode == SPEED:
+                heed_shown(x, x.dt, x.count <= 1.0)
             if int(x.count) % every == 0:
                 _write(trace[rows], x, measured)
                 rows += 1
@@ -445,6 +437,8 @@ def replay(
         _restart(x, states[0])
     if mode == IMPOSED:
         x.vx = commands[0, 5]
+    shown = mode == IMPOSED or mode == SPEED  # cars that go by the speed that their sensors show
+    kept = memory.copy() if shown else memory
     _settle(x, mode, bus, table, bounds, parameters, memory)
     if kind == DYNAMIC and starts.shape[0] > 0 and math.isnan(states[0, 5]):
         x.yaw_rate = x.vx * math.tan(x.steer) / x.wheelbase
@@ -453,8 +447,7 @@ def replay(
     segment = 0
     seen = t[0]
     took = 0.0
-    kept = memory.copy() if mode == IMPOSED else memory
-    for turn in range(-1 if mode == IMPOSED else 0, n):  # an imposed speed: the first row twice, see `take_as_shown`
+    for turn in range(-1 if shown else 0, n):  # the first row twice, at first to learn what sensors make of the speed
         k = max(turn, 0)
         if segment < starts.shape[0] and starts[segment] == k:
             if k > 0:
@@ -481,6 +474,8 @@ def replay(
                     x.dt = x.t - seen
                 seen = x.t
                 _slot(5, bus, table, bounds, parameters, memory)
+                if mode == SPEED:
+                    heed_shown(x, x.dt, turn < 0)
                 x.dt, x.moved = dt, 0.0
                 row = out[k]
                 row[0], row[1], row[2], row[3] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v
@@ -490,6 +485,7 @@ def replay(
                     take_as_shown(x, turn < 0, states)
                 if turn < 0:
                     memory[:] = kept
+                    _settle(x, mode, bus, table, bounds, parameters, memory)
                     break
                 if k == n - 1:
                     break

@@ -19,7 +19,7 @@ def hold(x: Any) -> float:
     its load's share of what that leaves, smoothly as `tyre_saturation` does. Source: the friction circle, R. Rajamani,
     Vehicle Dynamics and Control, 2nd ed., sec. 13.9.
     """
-    return float(x.road_friction * GRAVITY * math.cos(x.grade))
+    return float(x.road_friction * GRAVITY * math.cos(x.grade) * math.cos(x.bank))
 
 
 @compiled
@@ -40,8 +40,8 @@ def left_across(x: Any) -> float:
 
 @compiled
 def hold_across(x: Any) -> None:
-    """Cut the side forces of the axles to what the road holds."""
-    left = left_across(x)
+    """Cut the side forces of the axles to what the road, or tyres of a lower limit, hold."""
+    left = min(left_across(x), x.tyre_limit)
     front = left * x.mass * x.cg_rear / x.wheelbase * x.load_front
     rear = left * x.mass * x.cg_front / x.wheelbase * x.load_rear
     tf, tr = math.tanh(x.fy_front / front), math.tanh(x.fy_rear / rear)
@@ -52,6 +52,15 @@ def hold_across(x: Any) -> None:
 
 @compiled
 def hold_path(x: Any, most: float) -> None:
-    """Widen the kinematic path to one with a lateral acceleration of at most `most` [m/s^2]."""
-    if x.vx * x.vx * abs(x.curvature) > most:
-        x.curvature = math.copysign(most / (x.vx * x.vx), x.curvature)
+    """Widen the kinematic path to one on which the tyres hold at most `most` [m/s^2], and a car on a bank with it.
+
+    It is between the path that is steered and straight on: a car without slip cannot slide down a bank.
+    """
+    weight = GRAVITY * math.sin(x.bank)
+    held = x.vx * x.vx * x.curvature + weight
+    if abs(held) > most and x.vx != 0.0:
+        curvature = (math.copysign(most, held) - weight) / (x.vx * x.vx)
+        if x.curvature > 0.0:
+            x.curvature = min(max(curvature, 0.0), x.curvature)
+        else:
+            x.curvature = max(min(curvature, 0.0), x.curvature)

@@ -135,3 +135,9 @@ def spin_up(x: Any) -> float:
     held = x.brake + x.resistance
     along = x.traction + x.drag - x.mass * GRAVITY * math.sin(x.grade) - (held if x.vx > 0.0 else -held)
     return float(x.rotating_mass * along / (x.mass + x.rotating_mass))
+
+
+def held_across(x: Any) -> float:
+    """What the tyres hold across over the weight [-]: in the curve that is driven, on a bank, against a side wind."""
+    held = x.vx * x.yaw_rate / GRAVITY + math.sin(x.bank)
+    return float(held if x.push == 0.0 else held - x.push / (x.mass * GRAVITY))

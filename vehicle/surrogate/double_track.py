@@ -231,9 +231,9 @@ def advance(
         speed_m = 0.5 * (s[W0 + 2] + s[W0 + 3]) * p[GEAR]
         torque_m = 0.0
         if ask > 0.0 and speed_m < p[WMAX]:
-            torque_m = min(ask * p[M] * p[RW] / p[GEAR], p[TMAX], p[H_TORQUE] * mass * p[RW] / p[GEAR])
+            torque_m = min(ask * p[M] * p[RW] / p[GEAR], p[TMAX], p[H_TORQUE] * p[M] * p[RW] / p[GEAR])
             if speed_m > 1.0:
-                torque_m = min(torque_m, p[PMAX] / speed_m, p[H_POWER] * mass / speed_m)
+                torque_m = min(torque_m, p[PMAX] / speed_m, p[H_POWER] * p[M] / speed_m)
         s[T_MOTOR] = torque_m = _lag(s[T_MOTOR], torque_m, p[MRISE], h)
         pressed = max(-ask, 0.0) / (1.0 + p[H_FADE] * s[DISC])
         rolling = 0.25 * p[RW] * abs(s[W0] + s[W0 + 1] + s[W0 + 2] + s[W0 + 3])
@@ -280,8 +280,8 @@ def advance(
         s[FY_FRONT] = lat_f
         wind = vx + p[H_WIND] * (1.0 if p[H_WIND_H] == math.inf else math.cos(s[YAW] - p[H_WIND_H]))
         air = 0.5 * AIR * p[CDA] * vx * abs(vx)
-        air += mass * (p[H_VISCOUS] * vx + p[H_AERO] * vx * abs(vx))
-        air += mass * p[H_WIND_K] * (wind * abs(wind) - vx * abs(vx))
+        air += p[M] * (p[H_VISCOUS] * vx + p[H_AERO] * vx * abs(vx))
+        air += p[M] * p[H_WIND_K] * (wind * abs(wind) - vx * abs(vx))
         feel_x, feel_y = (long - air) / mass, lat / mass  # specific force at the centre of gravity
         spin_up = moment / inertia
 
@@ -299,12 +299,13 @@ def advance(
         s[VX] = vx * c + vy * sn + h * (feel_x + pull_x)
         s[VY] = vy * c - vx * sn + h * (feel_y + pull_y)
         s[R] = r + h * spin_up
-        heading = s[YAW] + 0.5 * h * s[R]
+        turned = s[R] * math.cos(bank) / math.cos(grade)  # in the map, as the way ahead and aside
+        heading = s[YAW] + 0.5 * h * turned
         c, sn = math.cos(heading), math.sin(heading)
-        ux, uy = 0.5 * (vx + s[VX]), 0.5 * (vy + s[VY])
+        ux, uy = 0.5 * (vx + s[VX]) * math.cos(grade), 0.5 * (vy + s[VY]) * math.cos(bank)
         s[X] += h * (ux * c - uy * sn)
         s[Y] += h * (ux * sn + uy * c)
-        s[YAW] += h * s[R]
+        s[YAW] += h * turned
 
         # lean: forces at the ground act on the arm below the centre of gravity
         arm = p[HCG] - (b * p[RCF] + a * p[RCR]) / p[L]

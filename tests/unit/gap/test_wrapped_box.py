@@ -153,7 +153,7 @@ def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     [
         ("aero_drag", "acts inside the model (force)"),
         ("road_bank", "acts inside the model (road)"),
-        ("speed_controller", "needs what only the model itself knows (speed_cmd, vx)"),
+        ("speed_controller", "needs what only the model itself knows (speed_cmd, speed_gain, vx)"),
         ("imu_misalignment", "the model gives no ax"),
         ("drive_lag", "the model is not driven by accel_cmd"),
         ("detection_range", "acts on detected objects"),

@@ -18,7 +18,7 @@ from vehicle.model.shown_by import CURVES, ShownBy
     tyres=True,
     physics="springs let the body sway out of the turn; gravity tips with it and adds to what the accelerometer shows",
     equation="ay_measured = ay + gain s + lead s' + inertia s'', s'' + 2 damping w s' + w^2 (s - F_y/m) = 0, "
-    "w = 2 pi frequency",
+    "w = 2 pi frequency, F_y: what wheels and ground do to each other across the body",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (roll as a mass on springs and dampers)",
     parameters=(
         Key(
@@ -67,7 +67,8 @@ from vehicle.model.shown_by import CURVES, ShownBy
     diagnosed=Diagnosed(details="roll"),
 )
 def body_roll(x: Bus, p: Any, m: Any) -> None:
-    pushed = (x.fy_front + x.fy_rear) / x.mass
+    # Of the ground on the body: wind acts where the mass is, and leans it by what the tyres hold against it
+    pushed = (x.fy_front * cos(x.steer) + x.fy_rear + x.steered_pull) / x.mass
     if x.vx < 2.0 * x.slow:  # a car that moves without slip (`vehicle.model.kernel`) is held by the forces of its path
         s = max(x.vx / x.slow - 1.0, 0.0)
         held = x.vx * x.vx * x.curvature + GRAVITY * sin(x.bank)

@@ -16,7 +16,8 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
     slot="actuator",
     order=75,  # after brake_limit: only what the brake gives heats it
     physics="hot linings grip less: braking heats the discs, the air cools them; they are cold when a log begins",
-    equation="a = a_c/(1 + k w) for a_c < 0, w' = abs(a v) - w/tau",
+    equation="a = a_c - a_b + a_b/(1 + k w), a_b = min(a_c + a_motor, 0), w' = abs(a_b v)/(1 + k w) - w/tau, "
+    "a_motor: the motor of brake_gain",
     source="R. Limpert, Brake Design and Safety, 3rd ed. (temperature of a lumped disc; fade)",
     parameters=(
         Key(
@@ -55,11 +56,19 @@ def brake_fade(x: Bus, p: Any, m: Any) -> None:
     warming = 0.0
     if x.accel < 0.0:
         gain = 1.0 / (1.0 + p.k * m.heat)
-        x.accel *= gain
-        x.accel_lead *= gain
+        pressed = 1.0  # share of the deceleration that is of the discs
+        if x.accel_brakes < 0.0:
+            start = min(x.accel + x.accel_lead - x.accel_brakes, 0.0)
+            braked = 0.5 * (start + min(x.accel - x.accel_lead - x.accel_brakes, 0.0))
+            x.accel -= (1.0 - gain) * braked
+            x.accel_lead -= (1.0 - gain) * (start - braked)
+            pressed = gain * braked / x.accel
+        else:
+            x.accel *= gain
+            x.accel_lead *= gain
         v = abs(x.vx)
         left = max(v + x.accel * x.dt, 0.0)
-        warming = 0.5 * (v * v - left * left)  # what the brake takes from the car in this step
+        warming = pressed * 0.5 * (v * v - left * left)  # what the brake takes from the car in this step
     share = x.dt / p.tau
     kept = exp(-share)
     m.heat = m.heat * kept + warming * (1.0 - kept) / share

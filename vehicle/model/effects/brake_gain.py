@@ -44,6 +44,7 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
 )
 def brake_gain(x: Bus, p: Any, m: Any) -> None:
     if p.motor > 0.0:
+        x.accel_brakes = -p.motor
         start, end = x.accel + x.accel_lead, x.accel - x.accel_lead
         start += (p.g - 1.0) * min(start + p.motor, 0.0)
         end += (p.g - 1.0) * min(end + p.motor, 0.0)

@@ -26,4 +26,7 @@ from vehicle.model.shown_by import CURVES, DRIVE, SPEED, TURN, ShownBy
     shown_by=ShownBy(210, (DRIVE, SPEED, TURN), (CURVES,)),
 )
 def cornering_drag(x: Bus, p: Any, m: Any) -> None:
-    x.resistance += p.c * x.mass * abs(x.vx * x.vx * x.curvature + GRAVITY * sin(x.bank))
+    held = x.vx * x.vx * x.curvature + GRAVITY * sin(x.bank)
+    if x.push != 0.0:  # what the wind pushes, the tyres hold against
+        held -= x.push / x.mass
+    x.resistance += p.c * x.mass * abs(held)

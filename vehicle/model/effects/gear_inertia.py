@@ -30,4 +30,4 @@ from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, SPEEDS_3_APART, Sh
 )
 def gear_inertia(x: Bus, p: Any, m: Any) -> None:
     low = p.v1 / abs(x.vx) if abs(x.vx) > p.v1 else 1.0
-    x.rotating_mass += p.share * x.mass * low * low
+    x.rotating_mass += p.share * x.mass_ref * low * low  # a load leaves the engine as it is

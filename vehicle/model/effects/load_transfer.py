@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from math import sin
 from typing import Any
 
-from vehicle.model.bus import GRAVITY, Bus
+from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
+from vehicle.model.step_maths import held_across
 
 
 @effect(
@@ -39,7 +39,7 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
     shown_by=ShownBy(350, (STEER, TURN), (SHARP_CURVES,)),
 )
 def load_transfer(x: Bus, p: Any, m: Any) -> None:
-    share = x.vx * x.yaw_rate / GRAVITY + sin(x.bank)
+    share = held_across(x)
     left = 1.0 - p.c * min(share * share, 1.0)
     x.fy_front *= left
     x.fy_rear *= left

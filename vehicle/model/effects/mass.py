@@ -12,10 +12,10 @@ from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 
 @effect(
     name="mass",
-    slot="command",
-    order=88,  # after what reads the pedals: a command that counts as released is one of the stack, whatever it moves
-    physics="the same force moves more mass than the commands were calibrated for",
-    equation="a = a_c / ratio",
+    slot="force",
+    order=90,  # after all forces and their limits, which a load leaves as they are
+    physics="the same forces move more mass than they were calibrated for; its weight and what goes with it grow along",
+    equation="a = (F_drive - F_brake - F_air)/(ratio m), F as without a load and within the same limits",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (rotating masses)",
     parameters=(
         Key("ratio", "-", 0.7, 1.4, neutral=1.0, least=0.02, minimum=0.05, meaning="effective over nominal mass"),
@@ -33,7 +33,11 @@ from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
     ),
 )
 def mass(x: Bus, p: Any, m: Any) -> None:
-    x.accel /= p.ratio
-    x.accel_lead /= p.ratio
-    x.accel_jump /= p.ratio
-    x.accel_arrived /= p.ratio
+    share = 1.0 / p.ratio  # forces are those that move the nominal mass as they move the laden one
+    x.traction *= share
+    x.accel_lead *= share
+    x.brake *= share
+    x.drag *= share
+    x.resistance -= (1.0 - share) * x.drive_drag  # rolling resistance goes with the weight
+    x.drive_drag *= share
+    x.rotating_mass *= share

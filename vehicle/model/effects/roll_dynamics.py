@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import sin
 from typing import Any
 
-from vehicle.model.bus import GRAVITY, Bus
+from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
 from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
-from vehicle.model.step_maths import lag
+from vehicle.model.step_maths import held_across, lag
 
 
 @effect(
@@ -42,7 +41,7 @@ from vehicle.model.step_maths import lag
     shown_by=ShownBy(400, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
 )
 def roll_dynamics(x: Bus, p: Any, m: Any) -> None:
-    target = x.vx * x.yaw_rate / GRAVITY + sin(x.bank)
+    target = held_across(x)
     if m.begun == 0.0:
         m.begun, m.phi = 1.0, target
     phi = target

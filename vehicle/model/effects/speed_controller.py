@@ -15,7 +15,7 @@ from vehicle.model.shown_by import SPEED, ShownBy
     slot="command",
     order=10,
     physics="the car's own controller turns a wanted speed into a wanted acceleration",
-    equation="a_c = kp e + ki int(e), e = speed_cmd - v",
+    equation="a_c = kp e + ki int(e), e = speed_cmd - v as the car measures it",
     source="K. J. Astrom, R. M. Murray, Feedback Systems, sec. 10.1 (PI)",
     parameters=(
         Key("kp", "1/s", 0.1, 5.0, neutral=0.0, least=0.05, minimum=0.0, meaning="proportional gain"),
@@ -28,10 +28,10 @@ from vehicle.model.shown_by import SPEED, ShownBy
     diagnosed=Diagnosed(input="speed_cmd"),
 )
 def speed_controller(x: Bus, p: Any, m: Any) -> None:
-    error = x.speed_cmd - x.vx
+    error = x.speed_cmd - x.speed_gain * x.vx
     start = p.kp * error + m.sum
-    mean = start / (1.0 + 0.5 * p.kp * x.dt)  # the error shrinks during the step by what the car gains
+    mean = start / (1.0 + 0.5 * p.kp * x.speed_gain * x.dt)  # the error shrinks during the step by what the car gains
     if x.settle == 0.0:
-        m.sum += p.ki * (error - 0.5 * mean * x.dt) * x.dt
+        m.sum += p.ki * (error - 0.5 * x.speed_gain * mean * x.dt) * x.dt
     x.accel += mean
     x.accel_lead += start - mean

@@ -61,4 +61,5 @@ def steered_wheel_forces(x: Bus, p: Any, m: Any) -> None:
     x.resistance -= p.drive * x.drive_drag * less
     across = force * sin(x.steer)
     x.push += across
+    x.steered_pull += across
     x.yaw_moment += x.cg_front * across

@@ -1,4 +1,9 @@
-"""Saturation of the tyres' lateral force."""
+"""Saturation of the tyres' lateral force.
+
+No friction circle: logs show the limit where tyres begin to level off, often far below what the same tyres brake with,
+and a circle of it would take the steering away from a car that brakes. Brakes and drive have limits of their own; what
+a road holds along and across together is its friction (`vehicle.model.road_hold`).
+"""
 
 from __future__ import annotations
 
@@ -16,7 +21,7 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
     order=60,
     tyres=True,
     fine=True,
-    physics="lateral force levels off at friction times load",
+    physics="lateral force levels off at a share of the load, whatever the tyres do along",
     equation="F = F_max tanh(F_lin/F_max), F_max = limit/g x axle load",
     source="the saturated linear tyre, H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., sec. 1.3, made smooth",
     parameters=(
@@ -28,6 +33,9 @@ from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
 )
 def tyre_saturation(x: Bus, p: Any, m: Any) -> None:
     if p.limit == inf:
+        return
+    if x.road_friction > 0.0:  # the road cuts the force next: by one limit, the lower one, as two in a row hold less
+        x.tyre_limit = p.limit
         return
     load = x.mass * GRAVITY / x.wheelbase
     front = p.limit / GRAVITY * load * x.cg_rear * x.load_front
