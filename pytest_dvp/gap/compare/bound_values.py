@@ -14,7 +14,7 @@ def wrong_bound(kind: str, bound: object) -> str:
 
     All that is bounded is a size, so nothing is ever below 0; a correlation is never above 1.
     """
-    value = float(bound) if isinstance(bound, Real) and not isinstance(bound, bool) else math.nan
+    value = float(bound) if not isinstance(bound, bool) and isinstance(bound, Real) else math.nan
     if math.isfinite(value) and 0.0 <= value <= (1.0 if kind == "mncc" else math.inf):
         return ""
     return "must be a number from 0 to 1" if kind == "mncc" else "must be a finite number >= 0"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -137,6 +138,22 @@ def test_what_is_not_best_at_0_must_say_what_it_is_to_be(
     with pytest.raises(TuneError, match=rf"study.toml:\d+: {name}: without a {key}"):
         read_study(written(tmp_path, text))
     assert name in read_study(written(tmp_path, text + f"{key} = 1.0\n")).objective.metrics
+
+
+@pytest.mark.parametrize(
+    ("bounds", "low", "high"),
+    [("min = 0.9", 0.9, math.inf), ("max = 2", -math.inf, 2.0), ("min = 0.5\nmax = 2", 0.5, 2.0)],
+)
+def test_a_constraint_has_a_min_a_max_or_both(tmp_path: Path, bounds: str, low: float, high: float) -> None:
+    text = f'{SOUND}[[constraint]]\nmetric = "detection_recall"\n{bounds}\n'
+    (constraint,) = read_study(written(tmp_path, text)).objective.constraints
+    assert (constraint.low, constraint.high) == (low, high)
+
+
+def test_a_constraint_that_allows_no_value_is_refused(tmp_path: Path) -> None:
+    text = f'{SOUND}[[constraint]]\nmetric = "tet"\nmin = 2\nmax = 1\n'
+    with pytest.raises(TuneError, match=r"tet: min = 2 is more than max = 1, so no value is allowed$"):
+        read_study(written(tmp_path, text))
 
 
 @pytest.mark.parametrize("name", ["max_jerk", "completion_time", "missed_events", "events_fired"])
