@@ -177,6 +177,7 @@ def test_plan_of_the_paper_learns_nothing_from_its_judges() -> None:
     judges = {(v.title, seed) for v in plan.held_out for seed in (*plan.held_out_seeds, *plan.last_seeds)}
     assert not drives & judges
     assert not {v.title for v in plan.variants} & {v.title for v in plan.held_out}
+    assert not set(plan.held_out_seeds) & set(plan.last_seeds)
     assert len(plan.last_seeds) >= 5
 
 
