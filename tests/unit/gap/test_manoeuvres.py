@@ -16,6 +16,7 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.diagnose.experiment import Values
+from pytest_dvp.gap.manoeuvres import simulated_drive
 from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre, chosen
 from pytest_dvp.gap.manoeuvres.choice import Choice, PlanError
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, decide
@@ -84,6 +85,23 @@ def test_a_car_that_answers_too_strongly_is_asked_for_less() -> None:
         assert drive is not None
         assert drive.size < 1.0
         within(drive, Envelope())
+
+
+def test_a_fast_car_is_braked_until_it_stands() -> None:
+    """Gently from 26 m/s takes longer than 20 s."""
+    fast = Envelope(max_speed=40.0, length=1000.0, width=200.0)
+    found = drive(chosen(["slow_ramp"])[0], MODEL.car, responder(MODEL), fast, 0.55)
+    assert found.finished
+    assert found.motion[-1, 3] < 0.1
+
+
+def test_a_drive_that_does_not_come_to_its_end_is_none_to_be_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    (ramp,) = chosen(["slow_ramp"])
+    whole = perform(ramp, MODEL, {}, Envelope())
+    assert whole is not None
+    monkeypatch.setattr(simulated_drive, "LONGEST", 0.5 * whole.seconds)
+    assert not drive(ramp, MODEL.car, responder(MODEL), Envelope()).finished
+    assert perform(ramp, MODEL, {}, Envelope(), (whole.size,)) is None
 
 
 def test_leaving_the_limits_is_told() -> None:
