@@ -119,8 +119,8 @@ def _climbs_evenly(changes: FloatArray) -> bool:
 
 
 def _is_fine(changes: FloatArray) -> bool:
-    """Whether changes (n,), > 0, are mostly many of the smallest steps: such a value does not stay because it is coarse,
-    however unevenly its samples come."""
+    """Whether changes (n,), > 0, are mostly many of the smallest steps: such a value does not stay because it is
+    coarse, however unevenly its samples come."""
     return len(changes) > 0 and float(np.median(changes)) > FINE * float(np.quantile(changes, 0.01))
 
 

@@ -101,6 +101,21 @@ def test_noise_of_positions_is_no_bend(noise: float) -> None:
     assert not examine(Log(columns=columns))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_of_a_heading_of_a_slow_car_is_no_bend_and_a_bend_is_one_all_the_same(seed: int) -> None:
+    """2 degrees of noise at 10 Hz and 2.05 m/s, without a yaw rate; then somebody drives bends of 8 m to both sides."""
+    t, rng = np.arange(0.0, 60.0, 0.1), np.random.default_rng(seed)
+    for curvature in (np.zeros(len(t)), np.where(np.sin(0.5 * t) > 0.0, 0.125, -0.125)):
+        yaw = np.cumsum(2.05 * curvature) * 0.1
+        columns = {
+            "t": t, "x": np.cumsum(np.cos(yaw)) * 0.205, "y": np.cumsum(np.sin(yaw)) * 0.205,
+            "yaw": yaw + rng.normal(0.0, 0.035, len(t)), "v": 2.05 + rng.normal(0.0, 0.03, len(t)),
+            "steer_cmd": np.zeros(len(t)), "accel_cmd": np.zeros(len(t)),
+        }  # fmt: skip
+        told = "log.resting_command" in [each.code for each in examine(Log(columns=columns))]
+        assert told == bool(curvature.any())
+
+
 def test_a_mode_that_is_stated_where_it_changes_lacks_nothing(by_hand: Columns) -> None:
     t, engaged = by_hand["t"], by_hand["engaged"]
     by_hand["engaged"] = np.where(np.concatenate([[True], np.diff(engaged) != 0.0]), engaged, np.nan)
