@@ -168,6 +168,23 @@ def test_a_mode_is_no_answer_and_a_mapping_makes_it_one(by_hand: Columns, tmp_pa
     assert np.array_equal(np.isnan(log.columns["steer_cmd"]), mode == 4.0)
 
 
+def test_of_two_modes_both_have_to_be_on(by_hand: Columns, tmp_path: Path) -> None:
+    t = by_hand["t"]
+    del by_hand["engaged"]
+    file = write_csv(tmp_path / "log.csv", by_hand)
+    lat, long = (t < 20.0) | (t >= 35.0), t < 50.0
+    lines = file.read_text("utf-8").splitlines()
+    rows = zip(lines[1:], lat, long, strict=True)
+    written = [f"{lines[0]},latActive,longActive", *(f"{line},{a:d},{b:d}" for line, a, b in rows)]
+    file.write_text("\n".join(written) + "\n", encoding="utf-8")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[[signal]]\nname = "engaged"\nfield = "latActive + longActive"\nwhen = [1]\n', encoding="utf-8")
+    assert np.array_equal(driven_by_others(read_log(file, mapping=mapping)), ~(lat & long))
+    mapping.write_text('[[signal]]\nname = "engaged"\nfield = "latActive + longActiv"\nwhen = [1]\n', encoding="utf-8")
+    with pytest.raises(LogError, match="no field 'latActive \\+ longActiv'"):
+        read_log(file, mapping=mapping)
+
+
 @pytest.mark.parametrize("when", ["[]", "1", '[""]', "[true]"])
 def test_modes_are_a_list_of_numbers_or_words(by_hand: Columns, tmp_path: Path, when: str) -> None:
     file = write_csv(tmp_path / "log.csv", {n: c for n, c in by_hand.items() if n != "engaged"})
