@@ -264,6 +264,23 @@ def test_the_card_says_what_to_drive_record_and_repeat(planned: Path, capsys: py
     assert "http" not in page.replace("http-equiv", "")
 
 
+@pytest.mark.parametrize(
+    ("driven", "unit", "rehearsed"),
+    [("v", "m/s", False), ("throttle_cmd + brake_pressure", "Pa", True), ("motor_current", "A", False)],
+)
+def test_a_rehearsal_is_offered_where_a_stack_can_drive_the_model_and_commands_have_their_unit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: str, unit: str, rehearsed: bool
+) -> None:
+    (tmp_path / "car.toml").write_text(MODEL_FILE.replace('"accel_cmd"', f'"{driven}"'))
+    arguments = ["plan", "--model", str(tmp_path / "car.toml"), "--drive", "circles_left", "--out", str(tmp_path / "p")]
+    assert main(arguments) == 0
+    card = capsys.readouterr().out
+    assert ("  rehearse dvp run " in card) == rehearsed
+    assert ("  rehearse not by dvp run: a driving stack has no " in card) != rehearsed
+    head = (tmp_path / "p" / "circles_left_commands.csv").read_text().splitlines()[0].split(",")
+    assert f"{driven.split(' + ')[-1]} [{unit}]" in head
+
+
 def test_limits_are_obeyed_and_wrong_ones_refused(planned: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = ["plan", "--model", str(planned / "car.toml"), "--excite", "steer_ratio"]
     model += ["--only", "full_lock"]
