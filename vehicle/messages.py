@@ -7,6 +7,7 @@ Every message carries `t`, the time [s] at which the quantity was true at its so
 
 from __future__ import annotations
 
+import re
 from typing import Literal, NamedTuple, TypeAlias
 
 import msgspec
@@ -146,18 +147,51 @@ class Reading(msgspec.Struct, frozen=True):
 
 
 LAMPS = ("red", "amber", "green")  # from top to bottom
-_ON, _OFF = ("on", "true", "1"), ("off", "false", "0")
+_ON, _OFF, _FLASHES = ("on", "true", "1"), ("off", "false", "0", "dark"), ("flashing", "blinking")
+_COLOURS = {"red": "red", "amber": "amber", "yellow": "amber", "orange": "amber", "green": "green"}  # in any word
+_ORDERS = {"stop": "red", "go": "green"}  # words by themselves
 
 
 def lit_lamps(state: str) -> frozenset[str]:
-    """Which of LAMPS are lit in the state of a traffic signal: "red", "red;amber", "yellow", or "on;off;off", lamps
-    from top to bottom. Of two lamps without names only the upper one is known: it is red."""
-    word = state.strip().lower()
-    lamps = [lamp.strip() for lamp in word.rstrip("; ").split(";")]
-    if len(lamps) >= 2 and all(lamp in _ON + _OFF for lamp in lamps):
-        names = LAMPS[:1] if len(lamps) == 2 else (*LAMPS, *LAMPS[2:] * (len(lamps) - 3))
-        return frozenset(name for name, lamp in zip(names, lamps, strict=False) if lamp in _ON)
-    return frozenset(name for name in LAMPS if name in word or (name == "amber" and "yellow" in word))
+    """Which of LAMPS a driver has to heed in the state of a traffic signal: "red", "red;amber", "yellow", "stop", or
+    "on;off;off", lamps from top to bottom. Of two lamps without names only the upper one is known: it is red.
+
+    Of lamps that flash, red stops as well, and amber asks for care alone, so it is none here (Vienna Convention on Road
+    Signs 1968, art. 23, 1 b).
+    """
+    lamps = _lamps(state)
+    names = LAMPS[:1] if len(lamps) == 2 else (*LAMPS, *LAMPS[2:] * (len(lamps) - 3))
+    if _are_places(lamps):
+        lit = [(name, lamp in _FLASHES) for name, lamp in zip(names, lamps, strict=False) if lamp not in _OFF]
+    else:
+        lit = [(name, _flashes(lamp)) for lamp in lamps for name in _named(lamp)]
+    return frozenset(name for name, flashes in lit if name != "amber" or not flashes)
+
+
+def is_known_state(state: str) -> bool:
+    """Whether the state of a traffic signal says which lamps are lit, or that none is."""
+    lamps = _lamps(state)
+    return _are_places(lamps) or all(lamp in _OFF or _flashes(lamp) or _named(lamp) for lamp in lamps)
+
+
+def _lamps(state: str) -> list[str]:
+    return [lamp.strip() for lamp in state.strip().lower().rstrip("; ").split(";")]
+
+
+def _are_places(lamps: list[str]) -> bool:
+    """Whether lamps are told by their places, from top to bottom, and not by their colours."""
+    return len(lamps) >= 2 and all(lamp in _ON + _OFF + _FLASHES for lamp in lamps)
+
+
+def _named(lamp: str) -> set[str]:
+    """The lamps that a word names: a colour anywhere in it, as in "TrafficLight_Red"; "stop" and "go" by themselves."""
+    words = re.findall("[a-z]+", lamp)
+    colours = {name for word, name in _COLOURS.items() if word in lamp}
+    return colours | {name for word, name in _ORDERS.items() if word in words}
+
+
+def _flashes(lamp: str) -> bool:
+    return "flash" in lamp or "blink" in lamp
 
 
 class SignalState(msgspec.Struct, frozen=True):

@@ -18,8 +18,7 @@ from vehicle.messages import (
     brake_first,
 )
 from vehicle.model.errors import ModelError
-from vehicle.model.kernel import ACCELERATION, PEDALS
-from vehicle.model.plant import STEP, Plant, input_mode
+from vehicle.model.plant import STEP, Plant
 from vehicle.model.vehicle_model import VehicleModel
 from vehicle.sensors.perceived import Perceived
 from vehicle.sensors.suite import SensorSuite
@@ -43,9 +42,7 @@ class Twin:
     def __init__(
         self, model: VehicleModel, sensors: SensorSuite, seed: int = 0, reads: Collection[str] | None = None
     ) -> None:
-        if input_mode(model.inputs.longitudinal) not in (ACCELERATION, PEDALS) or model.inputs.longitudinal == (
-            "motor_current",
-        ):
+        if not model.inputs.by_a_stack:
             raise ModelError(
                 "a driving stack cannot drive this model",
                 key="inputs.longitudinal",

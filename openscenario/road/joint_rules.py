@@ -1,6 +1,6 @@
-"""Joint rules: lanes that are linked meet, in junctions as well, and the height of a road does not jump.
+"""Joint rules: lanes that are linked meet, in junctions as well, and neither a road's height nor its lanes jump.
 
-Both are warnings: a vehicle is put across the gap, or lifted, in one step.
+All are warnings: a vehicle is put across the gap, aside, or lifted, in one step.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from openscenario.road.attributes import Attributes
-from openscenario.road.elements import Cubic, OpenDrive, Road
+from openscenario.road.elements import Cubic, LaneSection, OpenDrive, Road
 from openscenario.road.junction_rules import NO_JUNCTION
 from openscenario.road.lane_rules import outer_border, value_at
 from openscenario.road.links import LaneEnd, make_links
 from openscenario.xml import Node
 
+_SAME = 1e-6  # m between stations that are one; rounding
 MOST = 0.5  # m; as much is allowed between the reference lines of two linked roads
 
 Point = tuple[float, float, float]  # x, y [m], heading [rad]
@@ -38,6 +39,7 @@ def check_joints(
     """Add a warning for each joint that does not meet; `ends` are the poses of both ends of each road."""
     for road, node in zip(network.roads, nodes, strict=True):
         _heights(attributes, road, node)
+        _steps_aside(attributes, road, node)
     middles: dict[LaneEnd, Middle] = {}
     found: set[tuple[int, bool, int, bool]] = set()
     for a, others in make_links(network.roads, network.junctions).items():
@@ -90,6 +92,46 @@ def _heights(attributes: Attributes, road: Road, node: Node) -> None:
                 allowed=f"up to {MOST} m",
                 severity="warning",
             )
+
+
+def _steps_aside(attributes: Attributes, road: Road, node: Node) -> None:
+    """Where another lane section or another offset begins, lanes go on where they were.
+
+    An offset may jump if the lanes are numbered anew or have other widths there: then a border at least stays.
+    """
+    starts = {section.s for section in road.sections[1:]} | {each.s for each in road.lane_offsets}
+    for s in sorted(each for each in starts if 0.0 < each < road.length):
+        before = [each for each in road.sections if each.s < s - _SAME] or list(road.sections[:1])
+        after = [each for each in road.sections if each.s <= s + _SAME] or list(road.sections[:1])
+        offsets = [each for each in road.lane_offsets if each.s < s - _SAME]
+        old, new = _borders(before[-1], offsets, s), _borders(after[-1], road.lane_offsets, s)
+        for lane in after[-1].lanes:
+            came = lane.predecessors if before[-1] is not after[-1] else (lane.id,)
+            for number in came:
+                if not lane.drivable or lane.id not in new or number not in old:
+                    continue
+                inner, outer = (b - a for a, b in zip(old[number], new[lane.id], strict=True))
+                if inner * outer > 0.0 and min(abs(inner), abs(outer)) > MOST:
+                    attributes.report(
+                        "road.lane_step",
+                        node.find("lanes") or node,
+                        f"lane {lane.id} lies elsewhere than the lane before it, from s = {s:g} m on",
+                        found=f"a step of {min(abs(inner), abs(outer)):.3g} m aside",
+                        allowed=f"up to {MOST} m",
+                        severity="warning",
+                    )
+
+
+def _borders(section: LaneSection, offsets: Sequence[Cubic], s: float) -> dict[int, tuple[float, float]]:
+    """t [m] of the inner and outer border of each lane of a section at s [m] of its road."""
+    found = {}
+    for side in (1, -1):
+        inner = _at(offsets, s)
+        for lane in sorted((each for each in section.lanes if each.id * side > 0), key=lambda each: abs(each.id)):
+            outer = outer_border(lane, side, s - section.s, inner)
+            found[lane.id] = inner, outer
+            inner = outer
+    return found
 
 
 def _apart(a: Middle, b: Middle) -> tuple[float, float]:

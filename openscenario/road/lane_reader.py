@@ -15,7 +15,8 @@ from openscenario.xml import Node
 MAX_LANES = 255  # on one side
 MAX_HEIGHT = 100.0  # m of a lane above its road: kerbs are lower
 LATE = 1e-3  # m into a section; chosen: a first width up to there is one from the beginning, rounded
-_TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
+_TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704}  # the units of OpenDRIVE 1.4 to 1.9 (e_unitSpeed)
+_MEANT = {"kph": "km/h", "kmh": "km/h", "kmph": "km/h", "mps": "m/s", "": "m/s", "mih": "mph"}  # letters of others
 
 
 def read_speed(attributes: Attributes, node: Node) -> float | None:
@@ -23,11 +24,24 @@ def read_speed(attributes: Attributes, node: Node) -> float | None:
     text = attributes.text(node, "max")
     if text in ("no limit", "undefined", ""):
         return math.inf if text == "no limit" else None
-    unit = attributes.choice(node, "unit", ("m/s", "km/h", "mph"), "m/s")
+    unit = _speed_unit(attributes, node)
+    if unit is None:
+        return None
     value = attributes.number(node, "max") * _TO_SPEED[unit]
     if value < 0.0:  # written as -1 by several tools for "no limit"
         return None
     return value
+
+
+def _speed_unit(attributes: Attributes, node: Node) -> str | None:
+    """The unit of a speed element, m/s where it states none; None for one that nobody knows: such a limit is none."""
+    written = node.get("unit", "m/s")
+    letters = "".join(filter(str.isalpha, written.lower()))
+    same = {"".join(filter(str.isalpha, unit)): unit for unit in _TO_SPEED}
+    meant = written if written in _TO_SPEED else (_MEANT | same).get(letters)
+    with attributes.repairing(f"it is {meant}" if meant else "no speed limit is stated there"):
+        attributes.choice(node, "unit", tuple(_TO_SPEED), "m/s")
+    return meant
 
 
 def read_section(attributes: Attributes, node: Node) -> LaneSection:

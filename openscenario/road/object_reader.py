@@ -137,7 +137,11 @@ def _read_validity(attributes: Attributes, node: Node) -> tuple[tuple[int, int],
     """The ranges of lane ids that a signal is for; from 0 to 0 is no lane that anybody drives on."""
     found = []
     for each in node.findall("validity"):
-        first, last = attributes.integer(each, "fromLane"), attributes.integer(each, "toLane")
+        before = len(attributes.findings)
+        with attributes.repairing("it is for every lane of its direction"):
+            first, last = attributes.integer(each, "fromLane"), attributes.integer(each, "toLane")
+        if len(attributes.findings) > before:
+            return ()
         found.append((min(first, last), max(first, last)))
     return tuple(found)
 

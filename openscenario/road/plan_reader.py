@@ -181,7 +181,7 @@ def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
             kind, values = "poly3", _coefficients(attributes, shape, tuple("abcd"))
         case _:
             kind, values = "paramPoly3", _coefficients(attributes, shape, _PARAMS)
-            normalized = attributes.choice(shape, "pRange", ("arcLength", "normalized"), "normalized") == "normalized"
+            normalized = _is_normalized(attributes, shape, values, length)
             _check_param(attributes, shape, values)
             _check_length(attributes, node, values, length, 1.0 if normalized else length)
     return Geometry(s, x, y, hdg, length, kind, values, normalized, node.line)
@@ -227,8 +227,19 @@ def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) 
         )
 
 
-def _check_length(attributes: Attributes, node: Node, values: tuple[float, ...], length: float, last: float) -> None:
-    """The curve is as long as its geometry says, with p from 0 to 1 (normalized) or to the length (arcLength)."""
+def _is_normalized(attributes: Attributes, node: Node, values: tuple[float, ...], length: float) -> bool:
+    """Whether p goes from 0 to 1 (normalized) or to the length (arcLength).
+
+    Version 1.4 lets pRange be left out; readers then take the one or the other. The curve has its stated length by one
+    of them only, unless that is 1 m; by none, it is normalized.
+    """
+    if "pRange" in node.attributes:
+        return attributes.choice(node, "pRange", ("arcLength", "normalized"), "normalized") == "normalized"
+    return _is_as_long(_curve_length(values, 1.0), length) or not _is_as_long(_curve_length(values, length), length)
+
+
+def _curve_length(values: tuple[float, ...], last: float) -> float:
+    """Length [m] of a paramPoly3 for p from 0 to `last`."""
     _, b_u, c_u, d_u, _, b_v, c_v, d_v = values
     measured = 0.0
     for panel in range(_PANELS):
@@ -236,8 +247,18 @@ def _check_length(attributes: Attributes, node: Node, values: tuple[float, ...],
             p = last * (panel + at) / _PANELS
             u1, v1 = b_u + p * (2.0 * c_u + 3.0 * d_u * p), b_v + p * (2.0 * c_v + 3.0 * d_v * p)
             measured += weight * math.hypot(u1, v1) * last / _PANELS
+    return measured
+
+
+def _is_as_long(measured: float, length: float) -> bool:
+    return abs(measured - length) <= MAX_SCALE * length
+
+
+def _check_length(attributes: Attributes, node: Node, values: tuple[float, ...], length: float, last: float) -> None:
+    """The curve is as long as its geometry says, with p from 0 to 1 (normalized) or to the length (arcLength)."""
+    measured = _curve_length(values, last)
     if not abs(measured - length) <= LENGTH_TOLERANCE + LENGTH_SHARE * length:
-        close = abs(measured - length) <= MAX_SCALE * length
+        close = _is_as_long(measured, length)
         attributes.report(
             f"asam.net:xodr:1.7.0:road.geometry.parampoly3.{'normalized' if last == 1.0 else 'arclength'}_range",
             node,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from openscenario.findings import listed
 from openscenario.road.attributes import Attributes
 from openscenario.road.object_reader import LEFT_OUT, is_dynamic
 from openscenario.xml import Node
@@ -24,6 +25,7 @@ def check_things(attributes: Attributes, roads: list[Node]) -> None:
         with attributes.repairing(LEFT_OUT):
             _place(attributes, node, length)
         _choices(attributes, node)
+        _validity(attributes, node)
         known = {"signalReference": signals, "objectReference": objects}.get(node.tag)
         if known is not None:
             _known(attributes, node, "id", known)
@@ -60,6 +62,25 @@ def _choices(attributes: Attributes, node: Node) -> None:
     for name, allowed in _CHOICES.items():
         with attributes.repairing(assumed[name]):
             attributes.choice(node, name, allowed, "") if node.get(name) else None
+
+
+def _validity(attributes: Attributes, node: Node) -> None:
+    """A signal is for lanes that its road has; from 0 to 0 is for none, and meant so."""
+    ranges = [(_number(each.get("fromLane")), _number(each.get("toLane"))) for each in node.findall("validity")]
+    road = node.parent.parent if ranges and node.parent is not None else None
+    if road is None or any(math.isnan(first + last) or first == last == 0.0 for first, last in ranges):
+        return
+    sections = [section for group in road.findall("lanes") for section in group.findall("laneSection")]
+    ids = {_number(lane.get("id")) for section in sections for side in section.children for lane in side.children}
+    if not any(min(one) <= lane <= max(one) for one in ranges for lane in ids if lane):
+        attributes.report(
+            "road.validity_unknown",
+            node,
+            f"the {node.tag} is for no lane of its road: nobody obeys it",
+            found=", ".join(f"{first:g} to {last:g}" for first, last in ranges),
+            allowed=listed([f"{lane:g}" for lane in sorted(ids) if lane]),
+            severity="warning",
+        )
 
 
 def _place(attributes: Attributes, node: Node, length: float) -> None:

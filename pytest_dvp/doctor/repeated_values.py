@@ -15,6 +15,7 @@ FEWEST = 20  # stretches of equal values that tell a period; chosen
 EVEN = 0.85  # share of them that last as long as usual, within one row or UNEVEN. Chosen
 UNEVEN = 0.3  # of how long they usually last: samples of an operating system come so unevenly. Chosen
 SAME = 0.99  # of the changes: where more are of one size, a coarse channel climbs evenly; a drive has others. Chosen
+FINE = 8.0  # smallest steps in a usual change; a coarse channel climbs by one to three of them. Chosen
 SINGLE = 0.05  # share that may last for one row only: what is merely coarse changes from row to row in a bend. Chosen
 COMMANDS = {"steer": "steer_cmd", "ax": "accel_cmd"}  # what a car without dynamics or noise shows step by step
 OBEYED = 0.95  # share of the rows in which such a channel and its command step or stay together. Chosen
@@ -105,16 +106,22 @@ def _rows_a_sample(values: FloatArray) -> float:
     lasts = lasts[lasts <= 2.0 * usual + 1.0]  # a car that stands, or a sensor that was lost
     even = float(np.mean(np.abs(lasts - usual) <= max(1.0, UNEVEN * usual)))
     single = float(np.mean(lasts == 1))
-    slow = usual >= 2.0 and even >= EVEN and single <= SINGLE and not _climbs_evenly(values)
-    return float(np.mean(lasts)) if slow else 1.0
-
-
-def _climbs_evenly(values: FloatArray) -> bool:
-    """Whether nearly all changes of a column (n,) are of one size: those of a coarse channel, no slow one."""
     changes = np.abs(np.diff(values[np.isfinite(values)]))
     changes = changes[changes > 0.0]
+    held = (even >= EVEN and not _climbs_evenly(changes)) or _is_fine(changes)
+    return float(np.mean(lasts)) if usual >= 2.0 and single <= SINGLE and held else 1.0
+
+
+def _climbs_evenly(changes: FloatArray) -> bool:
+    """Whether nearly all changes (n,), > 0, are of one size: those of a coarse channel, no slow one."""
     usual = float(np.median(changes)) if len(changes) else 0.0
     return float(np.mean(np.abs(changes - usual) <= 0.01 * usual)) > SAME if len(changes) else False
+
+
+def _is_fine(changes: FloatArray) -> bool:
+    """Whether changes (n,), > 0, are mostly many of the smallest steps: such a value does not stay because it is
+    coarse, however unevenly its samples come."""
+    return len(changes) > 0 and float(np.median(changes)) > FINE * float(np.quantile(changes, 0.01))
 
 
 def _later(values: FloatArray, every: int) -> NDArray[np.bool_]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from pytest_dvp.drive.announced_cars import is_real, label
 from pytest_dvp.drive.compute_delay import parse_delay
 from pytest_dvp.drive.guard_log import guard_notes as said_of_gate
+from pytest_dvp.drive.light_notes import light_notes as said_of_lights
 from pytest_dvp.drive.loop import Ending, Limits, Loop
 from pytest_dvp.drive.playback_log import PlaybackLog
 from pytest_dvp.drive.playback_log import playback_notes as said_of_replay
@@ -312,6 +313,7 @@ def _judged(
             *said_of_gate(log),
             *said_of_wire(log),
             *said_of_weather(log),
+            *said_of_lights(log),
             *said_of_replay(log, measured),
             *_punctuality(log),
             *map(said_of_finding, findings),

@@ -42,10 +42,10 @@ def assert_matches(
 
     Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
     lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
-    is given, or if `map` has no file to read; CompareError, LogError or ModelError if the files cannot be compared. A
-    log file that `dvp doctor` finds errors in is refused with LogError, a DataFrame alike, be it of the model; its
-    warnings are printed on stderr. Of a Log as of a file, spikes and commands that the car did not obey (`engaged`)
-    count as not measured.
+    is given, if one is no finite number >= 0 (mncc: from 0 to 1), or if `map` has no file to read; CompareError,
+    LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds errors in is refused with
+    LogError, a DataFrame alike, be it of the model; its warnings are printed on stderr. Of a Log as of a file, spikes
+    and commands that the car did not obey (`engaged`) count as not measured.
     """
     __tracebackhide__ = True
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
@@ -56,9 +56,10 @@ def assert_matches(
     from pytest_dvp.doctor import print_findings
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import LogSubject
-    from pytest_dvp.gap.compare.match_bounds import judge_bounds
+    from pytest_dvp.gap.compare.match_bounds import check_bounds, judge_bounds
     from pytest_dvp.gap.words.comparison import failure
 
+    check_bounds(bounds)
     measured, findings = _measured(log, None if map is None else Path(map), msg_dirs)
     print_findings(findings)
     subject = _subject(model, effects, None if map is None else Path(map), msg_dirs)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from openscenario.findings import Findings, listed
+from pytest_dvp.logs.combined_fields import MARK
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.stream import Stream
@@ -23,11 +24,22 @@ def is_mode_value(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
+def has_modes(stream: Stream, field: str) -> bool:
+    """Whether a stream has a field, or each of the fields of "A + B", as numbers or words."""
+    return all(one in stream.fields or one in stream.texts for one in field.split(MARK))
+
+
 def obeyed_in(stream: Stream, field: str, when: Sequence[float | str], where: str) -> FloatArray:
     """1 (no unit) where a field (n,) holds one of `when`, 0 where it holds anything else, NaN where it holds nothing.
 
+    Of "A + B" it is 1 where each of them does: who steers and who drives along the road may be two questions.
+
     Raises LogError, which begins with `where`, if `when` has words for a field of numbers, or the other way round.
     """
+    return np.asarray(np.min([_obeyed(stream, one, when, where) for one in field.split(MARK)], axis=0))
+
+
+def _obeyed(stream: Stream, field: str, when: Sequence[float | str], where: str) -> FloatArray:
     texts = stream.texts.get(field)
     if any(isinstance(one, str) == (texts is None) for one in when):
         kind = "numbers" if texts is None else "words"
@@ -40,16 +52,15 @@ def obeyed_in(stream: Stream, field: str, when: Sequence[float | str], where: st
 
 def check_modes(stream: Stream, field: str, when: Sequence[float | str], file: str, findings: Findings) -> None:
     """A warning for modes that a field never holds: a drive without them, or a word that is written otherwise."""
-    if not when:
-        return
-    texts = stream.texts.get(field)
-    there = set(np.unique(stream.fields[field]).tolist()) if texts is None else set(texts.words)
-    if missing := [one for one in when if one not in there]:
-        findings.add(
-            "log.mode_absent", file, None, f"{stream.topic} {field}".strip(),
-            f"it never holds {listed([shown_mode(one) for one in missing], _SHOWN)}, which `when` names",
-            found=held_in(stream, field), severity="warning",
-        )  # fmt: skip
+    for name in field.split(MARK) if when else ():
+        texts = stream.texts.get(name)
+        there = set(np.unique(stream.fields[name]).tolist()) if texts is None else set(texts.words)
+        if missing := [one for one in when if one not in there]:
+            findings.add(
+                "log.mode_absent", file, None, f"{stream.topic} {name}".strip(),
+                f"it never holds {listed([shown_mode(one) for one in missing], _SHOWN)}, which `when` names",
+                found=held_in(stream, name), severity="warning",
+            )  # fmt: skip
 
 
 def held_in(stream: Stream, field: str) -> str:

@@ -17,7 +17,7 @@ from pytest_dvp.logs.held_values import held
 from pytest_dvp.logs.infinite_values import without_infinite
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
-from pytest_dvp.logs.mapped_modes import MODES, check_modes, is_mode_value, obeyed_in
+from pytest_dvp.logs.mapped_modes import MODES, check_modes, has_modes, is_mode_value, obeyed_in
 from pytest_dvp.logs.signals import SIGNALS, describe
 from pytest_dvp.logs.stream import Stream, is_stamp
 from pytest_dvp.logs.table import RawColumn, Table
@@ -49,8 +49,8 @@ class SignalMap:
             "ned" (as "frd", but yaw is a compass heading, clockwise from north; not for x and y, whose fields say it)
     time    "header", "receive" or the name of a field with the time [s]
     delay   [s] that the stamps come too late; taken off them
-    when    the signal is 1 where the field is one of these numbers or words, else 0: a mode in which the car obeys its
-            commands
+    when    the signal is 1 where the field (each one of "A + B") is one of these numbers or words, else 0: a mode in
+            which the car obeys its commands
     """
 
     name: str
@@ -267,7 +267,7 @@ def fitting(mapping: MappingFile, streams: Sequence[Stream], file: str) -> Mappi
         names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
         there = (
             all(name in stream.fields for name in names)
-            or (signal.when and signal.field in stream.texts)
+            or (signal.when and has_modes(stream, signal.field))
             or bool(quaternion_parts(signal.field, stream))
         )
         if there and (not stated or not signal.unit or find_unit(stated) == find_unit(signal.unit)):
@@ -301,7 +301,7 @@ def stream_of(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile
         if stream.topic == signal.topic or (not signal.topic and len(streams) == 1):
             return stream
     prefix = signal.field + "."  # of a quaternion
-    names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
+    names = signal.field.split(MARK) if way_of(signal.unit)[0] or signal.when else [signal.field]
     holders = [s for s in streams if any(f in names or f.startswith(prefix) for f in (*s.fields, *s.texts))]
     if not signal.topic and len(holders) == 1:
         return holders[0]
@@ -355,7 +355,7 @@ def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile, f
 def _values(
     stream: Stream, signal: SignalMap, streams: Sequence[Stream], mapping: MappingFile, file: str
 ) -> FloatArray:
-    if signal.when and (signal.field in stream.texts or signal.field in stream.fields):
+    if signal.when and has_modes(stream, signal.field):
         return obeyed_in(stream, signal.field, signal.when, f"{mapping.file or file}: {signal.name}")
     if signal.unit == QUATERNION:
         parts = quaternion_parts(signal.field, stream) or [f"{signal.field}.{axis}" for axis in "xyzw"]

@@ -66,7 +66,7 @@ _FIX = {
     LATITUDE: re.compile(r"(gps|gnss|nav)?[ _]?lat(itude)?$", re.IGNORECASE),
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
-_MODE = re.compile(r"mode|engag|enabled|autonom|automat|autopilot|^ad_?active", re.IGNORECASE)
+_MODE = re.compile(r"mode|engag|enabled|autonom|automat|autopilot|^(ad|lat|long)_?active", re.IGNORECASE)
 _NAMELESS = frozenset(("data", "value", "state"))  # fields of messages whose topic says what they are
 _MODES = 10  # of a car; chosen
 HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)

@@ -52,10 +52,8 @@ def kind_of(path: Path) -> str:
         for one in log_formats():
             if one.folder and (path / one.folder).is_file():
                 return one.kind
-        several = len([each for each in path.iterdir() if each.suffix.lower() == ".csv"]) > 1
-        hint = f"; several files of one drive become one log by `dvp join {path}/*.csv --out drive.csv`"
         raise LogError(
-            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml){hint if several else ''}",
+            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml){_hint(path)}",
             "log.unreadable",
         )
     if not path.exists():
@@ -66,6 +64,19 @@ def kind_of(path: Path) -> str:
             f"{path}: not a kind of log; allowed: {listed(list(kinds))}, a ROS bag's folder", "log.unknown_kind"
         )
     return kinds[path.suffix.lower()]
+
+
+def _hint(folder: Path) -> str:
+    """`; ...`: what makes a log of the files in a folder that is none; empty if nothing in it is of a log."""
+    files = sorted(folder.iterdir())
+    bags = [each for each in files if each.suffix.lower() in (".mcap", ".db3")]
+    if len(bags) == 1 and bags[0].suffix.lower() == ".mcap":
+        return f"; {bags[0]} can be read by itself"
+    if bags:  # in parts, or in a kind that says nothing of its types
+        return f"; `ros2 bag reindex {folder}` writes the metadata.yaml of the bag"
+    if sum(each.suffix.lower() == ".csv" for each in files) > 1:
+        return f"; several files of one drive become one log by `dvp join {folder}/*.csv --out drive.csv`"
+    return ""
 
 
 def read_streams(

@@ -44,6 +44,7 @@ _EGO = (
     Signal("wheel_speed_rl", "m/s", "wheel", "circumferential speed of the rear left wheel"),
     Signal("wheel_speed_rr", "m/s", "wheel", "circumferential speed of the rear right wheel"),
     Signal("motor_current", "A", "", "current of the drive motor, negative while it recuperates"),
+    Signal("brake_pressure", "Pa", "", "pressure in the brakes"),
     Signal("gear", "-", "", "-1 reverse, 0 neutral, 1 and up forward"),
 )
 _COMMANDS = (

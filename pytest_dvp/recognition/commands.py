@@ -26,6 +26,7 @@ PLAIN = 1.4  # times the road wheel by the curvature: understeer, slipping tyres
 RATIOS = (8.0, 30.0)  # of a steering gear, from the quickest car to a lorry
 FIRM = 0.95  # correlation with the turn rate, from which an estimated ratio or scale of the steering is decided
 _PRESSURE = {"pressure", "press", "pres", "druck"}  # words of a column that is a pressure, whatever pedal it belongs to
+_PERCENT = {"%", "percent", "percentage", "pct"}  # units, and words of a column, of a share of the greatest angle
 LEAD = 0.05  # s by which a wanted speed comes before the measured one
 
 
@@ -138,6 +139,8 @@ def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None)
     sign = match.sign
     text = f"follows the turn rate (correlation {abs(match.alike):.2f})" + (", turned round" if sign < 0.0 else "")
     hits = np.mean(np.abs(np.abs(column.values) - 1.0) < 0.02)
+    if column.unit in _PERCENT or _PERCENT & set(words_of(column.name)):
+        return _percentage(name, column, match, text, wheelbase)
     if not wheelbase:
         unit = column.unit or ("deg" if size > WIDEST * 1.6 else "rad")
         return Recognised(name, column, unit, sign=sign, evidence=(text,), decided=bool(column.unit) and size < WIDEST,
@@ -164,6 +167,20 @@ def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None)
             return _hand_wheel(name, column, unit, match, gear, text)
     return Recognised(name, column, "rad", sign=sign, scale=float(f"{1.0 / per_radian:.3g}"), decided=False,
                       evidence=(text,), rival="no usual unit: its scale is an estimate")  # fmt: skip
+
+
+def _percentage(name: str, column: Column, match: Match, text: str, wheelbase: float | None) -> Recognised:
+    """Steering in percent of the greatest angle, as Apollo's: a command is a share, whose scale a diagnosis fits; what
+    was measured needs the car's own angle, and has an estimate of it."""
+    full = 100.0 * wheelbase / match.ratio if wheelbase else None
+    told = (text,) if full is None else (text, f"100 % are {full:.3g} rad at the road wheel by the wheelbase")
+    if name == "steer_cmd":
+        return Recognised("steer_cmd_norm", column, "%", sign=match.sign, evidence=told)
+    rival = "percent: scale is the greatest angle of the road wheel [rad] / 100" + (
+        "" if full else "; give --wheelbase"
+    )
+    scale = 0.01 if full is None else float(f"{0.01 * full:.3g}")
+    return Recognised(name, column, "rad", sign=match.sign, scale=scale, decided=False, evidence=told, rival=rival)
 
 
 def _hand_wheel(name: str, column: Column, unit: str, match: Match, gear: float, text: str) -> Recognised:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from openscenario.findings import listed
+from pytest_dvp.logs.combined_fields import MARK
 from pytest_dvp.logs.engagement import ENGAGED
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping_proposal import is_mode
@@ -17,6 +19,8 @@ from pytest_dvp.recognition.columns import Column
 from pytest_dvp.recognition.commands import FOLLOWS, Motion, moving_speed
 from pytest_dvp.recognition.recognised import Recognised
 from pytest_dvp.recognition.words import families
+
+_Asked: TypeAlias = list[tuple[Column, FloatArray, FloatArray]]
 
 OBEYS = 0.8  # correlation from which the car follows a command; below FOLLOWS it does not, between it is open; chosen
 SHORTEST = 5.0  # s of driving in a mode that can tell, chosen: a bend takes as long
@@ -66,20 +70,35 @@ def _coded(stream: Stream, field: str) -> tuple[FloatArray, tuple[float | str, .
 
 def driver_of(columns: Sequence[Column], modes: Sequence[Mode], motion: Motion) -> Driver | None:
     """The mode whose values part the drive best into one where a command is followed and one where it is not; None
-    where none does: the car obeyed all the time, or the log does not tell."""
-    best: tuple[float, Driver] | None = None
-    for command, asked, answer in _commands(columns, motion):
-        for mode in modes:
-            found = _parted(mode, command, asked, answer, motion)
-            if found is not None and (best is None or found[0] > best[0]):
-                best = found
-        if best is not None:
-            break  # the steering tells more than the pedals: a driver's foot may go with the plan
-    return best[1] if best is not None else None
+    where none does: the car obeyed all the time, or the log does not tell.
+
+    The steering tells more than the pedals, as a driver's foot may go with the plan. If it has a mode of its own beside
+    that of the pedals (openpilot's latActive and longActive), the car obeys where both say so.
+    """
+    steers, pulls = _commands(columns, motion)
+    aside, along = _best(steers, modes, motion), _best(pulls, modes, motion)
+    if aside is None or along is None:
+        return aside or along
+    one, other = aside.signal, along.signal
+    if one.column.key == other.column.key or one.column.topic != other.column.topic or one.when != other.when:
+        return aside
+    column = dataclasses.replace(one.column, field=MARK.join((one.column.field, other.column.field)))
+    signal = dataclasses.replace(one, column=column, evidence=(*one.evidence, *other.evidence))
+    return Driver(signal, aside.obeyed & along.obeyed)
 
 
-def _commands(columns: Sequence[Column], motion: Motion) -> list[tuple[Column, FloatArray, FloatArray]]:
-    """Commands with what they ask for and what the car did, (n,) each on the grid; steering before acceleration."""
+def _best(commands: _Asked, modes: Sequence[Mode], motion: Motion) -> Driver | None:
+    """The mode that parts best by the first command that any of them parts."""
+    for command, asked, answer in commands:
+        found = [one for mode in modes if (one := _parted(mode, command, asked, answer, motion)) is not None]
+        if found:
+            return max(found, key=lambda one: one[0])[1]
+    return None
+
+
+def _commands(columns: Sequence[Column], motion: Motion) -> tuple[_Asked, _Asked]:
+    """Commands with what they ask for and what the car did, (n,) each on the grid: of the steering, and of the
+    acceleration."""
     steers, pulls = [], []
     speed, along = moving_speed(motion), motion.along
     for column in columns:
@@ -90,7 +109,7 @@ def _commands(columns: Sequence[Column], motion: Motion) -> list[tuple[Column, F
             steers.append((column, motion.grid.mean(column) * speed, motion.turn))
         elif "accel" in said and along is not None:
             pulls.append((column, motion.grid.mean(column), along))
-    return [*steers, *pulls]
+    return steers, pulls
 
 
 def _parted(
@@ -124,7 +143,9 @@ def _parted(
     when = tuple(mode.values[kind] for kind in obeyed)
     signal = Recognised(ENGAGED, mode.column, "", evidence=told, when=when)
     own = 0.01 * (mode.column.topic == command.topic)  # of modes that change together, that of the command itself
-    return high - low + own, Driver(signal, np.isin(state, obeyed))
+    # Of two that part it about as well, that of more obeyed driving: a mode of the pedals parts the steering by chance
+    more = 0.1 * float(np.mean(np.isin(state, obeyed)))
+    return high - low + own + more, Driver(signal, np.isin(state, obeyed))
 
 
 def _named(mode: Mode, kinds: Sequence[int]) -> str:

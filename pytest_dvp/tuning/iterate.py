@@ -153,7 +153,7 @@ def _improve(
     asked = drives(plan, state, plan.variants, plan.seeds, out / "logs")
     workers.run([drive.job for drive in asked])
     measured = rw_logs(asked)
-    more: tuple[str, ...] = ()
+    more: list[str] = []
     presets = number == 1 and plan.preset is not None
     learnt = [*measured, *(log for ground in grounds for log in ground.logs)]
     if plan.structure:
@@ -162,7 +162,8 @@ def _improve(
             plan, learnt, state.model, Folders(folder / "proving_ground", out / "logs"), workers, told, presets=presets,
             known=[name for ground in grounds for name in ground.names],
         )  # fmt: skip
-        more = ground.names
+        more = [f"driven on the proving ground: {', '.join(ground.names)}"] if ground.names else []
+        more += [f"on the proving ground, {sentence}" for sentence in ground.unfinished]
         learnt += ground.logs
         grounds.append(ground)
     found, model = _structure(plan, learnt, state.model, folder, workers, told, presets=presets)
@@ -183,8 +184,7 @@ def _improve(
     told("held-out drives")
     judged, accepted, why = _chosen(plan, options, state, now, workers, out / "logs")
     why = f"{twin_words}; {why}"
-    changes = [f"driven on the proving ground: {', '.join(more)}"] if more else []
-    changes += _words(found, tuned_S, tuned_P, suspicions, accepted, why)
+    changes = more + _words(found, tuned_S, tuned_P, suspicions, accepted, why)
     changes += _broke(judged)
     structure = {
         "verdict": found.diagnosis["verdict"] if found else "",

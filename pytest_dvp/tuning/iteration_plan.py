@@ -23,7 +23,7 @@ class Plan:
     preset      the paper's iteration whose P and S are the beginning; None: P of `dvp run`, and the twin as it is
     ads         "FILE.py:Class", the driving stack, whose P begin at the defaults that it declares; None: the reference
     variants, seeds            drives that are learnt from
-    held_out, held_out_seeds   drives that judge each iteration; last_seeds: those of the table at the end;
+    held_out, held_out_seeds   drives that judge each iteration; last_seeds: of the table at the end, others;
                 other_seeds: of the car's drives that are held against its own
     P, S        knobs with their candidates
     budget_P, budget_S         simulations, and replays of logs, of each tuning
@@ -44,7 +44,7 @@ class Plan:
     vehicle: str = "surrogate"
     seeds: tuple[int, ...] = (7,)
     held_out_seeds: tuple[int, ...] = (101, 102)
-    last_seeds: tuple[int, ...] = (101, 102, 103, 104, 105)
+    last_seeds: tuple[int, ...] = (111, 112, 113, 114, 115)
     other_seeds: tuple[int, ...] = (201, 202, 203, 204, 205)
     iterations: int = 6
     search: str = "coordinate"

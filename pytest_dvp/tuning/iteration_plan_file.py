@@ -50,7 +50,7 @@ class _PlanReader(Reader):
             vehicle=self.vehicle(str(head.get("vehicle", "surrogate"))),
             seeds=tuple(self.wholes(head, "seeds", (7,))),
             held_out_seeds=tuple(self.wholes(head, "held_out_seeds", (101, 102))),
-            last_seeds=tuple(self.wholes(head, "last_seeds", (101, 102, 103, 104, 105))),
+            last_seeds=tuple(self.wholes(head, "last_seeds", (111, 112, 113, 114, 115))),
             other_seeds=tuple(self.wholes(head, "other_seeds", (201, 202, 203, 204, 205))),
             iterations=self.whole(head, "iterations", 6, least=1),
             search=str(self.word(head, "search", search_names(), "coordinate")),
@@ -93,6 +93,12 @@ class _PlanReader(Reader):
         for variant in plan.held_out:
             if variant in plan.variants and set(plan.seeds) & {*plan.held_out_seeds, *plan.last_seeds}:
                 self.fail("held_out", f"{variant.title}: learnt from with the same seed, and so would judge itself")
+        if seen := sorted(set(plan.last_seeds) & set(plan.held_out_seeds)):
+            self.fail(
+                "last_seeds",
+                f"last_seeds and held_out_seeds share {', '.join(map(str, seen))}: twin and stack are chosen by those "
+                "drives, so the table at the end would judge its own choice",
+            )
         if set(plan.last_seeds) & set(plan.other_seeds):
             self.fail("other_seeds", "the car would be held against the very same drive: a seed is in last_seeds, too")
         if len(plan.last_seeds) < 2:

@@ -49,16 +49,23 @@ class Term:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Constraint:
-    """A bound that holds in every simulation: value <= high."""
+    """Bounds that hold in every simulation: low <= value <= high, in the metric's unit."""
 
     metric: str
-    high: float
+    high: float = math.inf
+    low: float = -math.inf
 
     def excess(self, value: float | None) -> float:
         """By how much it is broken, 0 if it holds; an undefined value breaks it by 1."""
         if value is None or not math.isfinite(value):
             return 1.0
-        return max(0.0, value - self.high)
+        return max(0.0, value - self.high, self.low - value)
+
+    def broken(self, values: Sequence[float]) -> list[str]:
+        """Which of its bounds defined values break, in words: `tet > 0`, `recall < 0.9`."""
+        above = [f"{self.metric} > {self.high:g}"] if any(value > self.high for value in values) else []
+        below = [f"{self.metric} < {self.low:g}"] if any(value < self.low for value in values) else []
+        return above + below
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -110,17 +117,17 @@ class Objective:
         for constraint in self.constraints:
             values = [metrics.get(constraint.metric) for metrics in results]
             excess += sum(constraint.excess(value) for value in values)
-            if any(_known(value) and constraint.excess(value) > 0.0 for value in values):
-                broken.append(f"{constraint.metric} > {constraint.high:g}")
-            undefined += [] if all(_known(value) for value in values) else [constraint.metric]
+            known = [value for value in values if value is not None and math.isfinite(value)]
+            broken += constraint.broken(known)
+            undefined += [] if len(known) == len(values) else [constraint.metric]
         parts: dict[str, float] = {}
         for term in self.terms:
             costs = [_cost(term, metrics.get(term.metric)) for metrics in results]
-            known = [cost for cost in costs if cost is not None]
-            if len(known) < len(costs):
+            defined = [cost for cost in costs if cost is not None]
+            if len(defined) < len(costs):
                 undefined.append(term.metric)
-                excess += float(len(costs) - len(known))
-            cost = sum(known) / len(known) if known else 0.0
+                excess += float(len(costs) - len(defined))
+            cost = sum(defined) / len(defined) if defined else 0.0
             parts[term.metric] = parts.get(term.metric, 0.0) + cost
         broken += [f"{name} undefined" for name in dict.fromkeys(undefined)]
         total = sum(parts.values())
@@ -137,10 +144,6 @@ def metrics_of(result: Mapping[str, Any]) -> Metrics:
     of the rest, and a drive that ends at once has no jerk and hits nobody."""
     metrics: Metrics = result["metrics"]
     return {**dict.fromkeys(metrics), BROKE_OFF: 1.0} if result.get("error") else metrics
-
-
-def _known(value: float | None) -> bool:
-    return value is not None and math.isfinite(value)
 
 
 def _cost(term: Term, value: float | None) -> float | None:

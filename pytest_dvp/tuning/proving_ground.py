@@ -35,11 +35,13 @@ STEER, STEER_RATE = 0.34, 0.4  # rad, rad/s
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class ProvingGroundResult:
-    """verdict of the diagnosis before; names of the manoeuvres that were driven for it, and their logs."""
+    """verdict of the diagnosis before; names of the manoeuvres that were driven to their end for it; unfinished: those
+    that broke off, a sentence each; logs of all of them, as what was driven of one is measured alike."""
 
     verdict: str
     names: tuple[str, ...]
     logs: tuple[Path, ...]
+    unfinished: tuple[str, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -56,14 +58,24 @@ def on_proving_ground(
 ) -> ProvingGroundResult:  # fmt: skip
     """Diagnose the car's logs; if that leaves something open, have the car drive what would tell.
 
-    presets: as of `look_for_structure`; known: manoeuvres whose logs are among those measured, not to be driven again.
+    presets: as of `look_for_structure`; known: manoeuvres that were driven to their end before, not to be driven again.
     """
     verdict, names = written(
         measured, model, plan, folders.manoeuvres, workers.cache, tick, presets=presets, known=known
     )
     jobs = [job(folders.manoeuvres, name, plan, folders.logs) for name in names]
-    workers.run(jobs)
-    return ProvingGroundResult(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
+    results = dict(zip(names, workers.run(jobs), strict=True))
+    finished = tuple(name for name, result in results.items() if result["ending"] == "stop" and not result["error"])
+    return ProvingGroundResult(
+        verdict,
+        finished,
+        tuple(Path(each.save) for each in jobs if each.save),
+        tuple(
+            f"{name} did not come to its end: {result['error'] or result['ending']}"
+            for name, result in results.items()
+            if name not in finished
+        ),
+    )
 
 
 def written(

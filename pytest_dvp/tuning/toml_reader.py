@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -157,17 +158,24 @@ class Reader:
         """Terms and constraints of the file; where it states none, those of the usual objective. Raises TuneError."""
         default = PERFORMANCE if kind == "performance" else ALIGNMENT
         terms = [self.term(entry, kind) for entry in self.tables("term")]
-        constraints = []
-        for entry in self.tables("constraint"):
-            self.known(entry, ("metric", "max"), "key of [[constraint]]")
-            name = self.metric(entry, kind)
-            if "max" not in entry and not best_at_0(name, kind):
-                self.fail(name, f"{name}: without a max it must be 0, where it is not best; expected max = ...")
-            constraints.append(Constraint(name, self.number(entry.get("max", 0.0), "max")))
+        constraints = [self.constraint(entry, kind) for entry in self.tables("constraint")]
         try:
             return Objective(kind, tuple(terms) or default.terms, tuple(constraints) or default.constraints)
         except TuneError as error:
             self.fail("term", str(error))
+
+    def constraint(self, entry: Mapping[str, Any], kind: Kind) -> Constraint:
+        """One [[constraint]]: metric, max and min; without both, max is 0. Raises TuneError."""
+        self.known(entry, ("metric", "max", "min"), "key of [[constraint]]")
+        name = self.metric(entry, kind)
+        if "max" not in entry and "min" not in entry and not best_at_0(name, kind):
+            wanted = "expected max = ... or min = ..."
+            self.fail(name, f"{name}: without a max or min it must be 0, where it is not best; {wanted}")
+        bounds = {key: self.number(entry[key], key) for key in ("max", "min") if key in entry} or {"max": 0.0}
+        high, low = bounds.get("max", math.inf), bounds.get("min", -math.inf)
+        if low > high:
+            self.fail(name, f"{name}: min = {low:g} is more than max = {high:g}, so no value is allowed")
+        return Constraint(name, high, low)
 
     def term(self, entry: Mapping[str, Any], kind: Kind) -> Term:
         """One [[term]]: metric, scale (> 0), weight and target. Raises TuneError."""

@@ -13,16 +13,15 @@ outright: metric = "open_loop_error", model = "models/car.toml", signal = "v", m
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from openscenario.findings import nearest
+from pytest_dvp.gap.compare.bound_values import KINDS, wrong_bound
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
 from pytest_dvp.verdicts.requirement import wrong_requirement
 
-KINDS = ("rmse", "mncc", "lag", "gain")
 METRICS = {"rmse": "open_loop_error", "mncc": "model_mncc", "lag": "model_lag", "gain": "model_gain"}
 KEYS = ("model", *KINDS, "stages", "requirement")
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
@@ -69,8 +68,8 @@ def read_model_gate(
                 hint = nearest(signal, CHANNELS)
                 allowed = "" if hint else ", ".join(CHANNELS)
                 complain("signal", kind, f"unknown signal {signal[:80]!r}", allowed=allowed, hint=hint)
-            elif isinstance(bound, bool) or not isinstance(bound, int | float) or not math.isfinite(bound) or bound < 0:
-                complain("bound", kind, f"{kind} of {signal} must be a finite number >= 0", found=str(bound))
+            elif wrong_text := wrong_bound(kind, bound):
+                complain("bound", kind, f"{kind} of {signal} {wrong_text}", found=str(bound))
             else:
                 bounds.append((kind, signal, float(bound)))
     if not bounds and not wrong:

@@ -69,6 +69,11 @@ class Inputs:
         """The log columns that a replay needs."""
         return (self.steer, *self.longitudinal)
 
+    @property
+    def by_a_stack(self) -> bool:
+        """Whether the commands of a driving stack, accelerations and pedals, can drive the model."""
+        return self.longitudinal not in (("speed_cmd",), ("v",), ("motor_current",))
+
 
 def default_steer_scale(column: str) -> float:
     """[rad] per unit: 1 for an angle, NORMALISED_STEER for a column that says it is normalised."""

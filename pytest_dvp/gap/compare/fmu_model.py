@@ -24,14 +24,18 @@ GLANCE = 1e-3
 """Share of a sample after which a co-simulation FMU is asked what follows a command at once; the step then goes on."""
 
 
+START = {"x0": "x", "y0": "y", "yaw0": "yaw", "v0": "v"}
+"""Parameters by which an FMU is put where a log begins, as those of `dvp export` are, and the channel of each."""
+
+
 class FmuSubject:
     """An FMU 2 or 3 whose inputs and outputs carry the log's column names; values in a unit that it declares for one of
     our signals are converted, others are SI.
 
-    It runs once through the log with its commands held; an FMU cannot be set to a measured motion in general, so pose
-    and speed are matched in each segment. A row shows the outputs at its stamp with the command of the stamp already
-    acting. An FMU that only takes steps of one length is asked at its own steps, before each; what it computes in
-    steps alone then shows the command before.
+    It runs once through the log with its commands held, from the measured start if it has parameters for that (START).
+    An FMU cannot be set to a measured motion in general, so pose and speed are matched in each segment. A row shows the
+    outputs at its stamp with the command of the stamp already acting. An FMU that only takes steps of one length is
+    asked at its own steps, before each; what it computes in steps alone then shows the command before.
     """
 
     imposed_channels: tuple[str, ...] = ()
@@ -57,9 +61,11 @@ class FmuSubject:
         columns = {v.name: command_at_stamps(log, v.name, self.name) for v in _inputs(description)}
         wrapped = wrapping(log, values, self._extra, self.name, columns)
         acting = wrapped.commands(columns, values or {})
-        key = b"".join(np.ascontiguousarray(part).tobytes() for part in (log.t, *acting.mean.values()))
+        first = segments.states[0]
+        key = b"".join(np.ascontiguousarray(part).tobytes() for part in (log.t, first, *acting.mean.values()))
         if self._last is None or self._last[0] != key:  # other sensors need no other run
-            self._last = key, self._run(fmpy, description, log.t, acting.mean)
+            start = self._start(description, dict(zip(CHANNELS, first[:4].tolist(), strict=False)))
+            self._last = key, self._run(fmpy, description, log.t, acting.mean, start)
         return posed(wrapped.sensors(self._last[1], values or {}), segments)
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
@@ -91,7 +97,19 @@ class FmuSubject:
             declared_unit(variable, description, self.name)  # refused before anything runs
         return fmpy, description
 
-    def _run(self, fmpy: Any, description: Any, t: FloatArray, columns: Mapping[str, FloatArray]) -> FloatArray:
+    def _start(self, description: Any, measured: Mapping[str, float]) -> dict[str, float]:
+        """Values of the parameters of START that an FMU has, in its units, where the log tells them."""
+        found = {}
+        for v in description.modelVariables:
+            value = measured[START[v.name]] if v.name in START and v.causality == "parameter" else math.nan
+            if math.isfinite(value):
+                unit = declared_unit(v, description, self.name, START[v.name])
+                found[v.name] = (value - unit.offset) / unit.scale
+        return found
+
+    def _run(
+        self, fmpy: Any, description: Any, t: FloatArray, columns: Mapping[str, FloatArray], start: Mapping[str, float]
+    ) -> FloatArray:
         folder = None
         taken = (*_inputs(description), *_outputs(description))
         unit = {v.name: declared_unit(v, description, self.name) for v in taken}
@@ -99,9 +117,9 @@ class FmuSubject:
         try:
             folder = fmpy.extract(str(self.path))
             if description.coSimulation is not None and description.fmiVersion != "1.0":
-                found = _stepped(fmpy, folder, description, t, columns)
+                found = _stepped(fmpy, folder, description, t, columns, start)
             else:
-                found = _simulated(fmpy, folder, t, columns, [v.name for v in _outputs(description)])
+                found = _simulated(fmpy, folder, t, columns, [v.name for v in _outputs(description)], start)
         except Exception as error:
             raise CompareError(f"{self.name}: the FMU failed: {_line(error)}") from error
         finally:
@@ -121,7 +139,10 @@ def _outputs(description: Any) -> list[Any]:
     return [v for v in description.modelVariables if v.name in CHANNELS and v.causality in ("output", "local")]
 
 
-def _stepped(fmpy: Any, folder: str, description: Any, t: FloatArray, columns: Mapping[str, FloatArray]) -> FloatArray:
+def _stepped(
+    fmpy: Any, folder: str, description: Any, t: FloatArray, columns: Mapping[str, FloatArray],
+    start: Mapping[str, float],
+) -> FloatArray:  # fmt: skip
     """Co-simulation from stamp to stamp; the channels (n, 8)."""
     free = bool(description.coSimulation.canHandleVariableCommunicationStepSize)
     step = float(np.median(np.diff(t)))
@@ -137,6 +158,9 @@ def _stepped(fmpy: Any, folder: str, description: Any, t: FloatArray, columns: M
     found = np.full((len(times), len(CHANNELS)), np.nan)
     places = [CHANNELS.index(v.name) for v in outputs]
     try:
+        if start:
+            reference = {v.name: v.valueReference for v in description.modelVariables}
+            put([reference[name] for name in start], list(start.values()))
         if second:
             fmu.setupExperiment(startTime=0.0)
             fmu.enterInitializationMode()
@@ -162,8 +186,9 @@ def _stepped(fmpy: Any, folder: str, description: Any, t: FloatArray, columns: M
 
 
 def _simulated(
-    fmpy: Any, folder: str, t: FloatArray, columns: Mapping[str, FloatArray], given: list[str]
-) -> FloatArray:
+    fmpy: Any, folder: str, t: FloatArray, columns: Mapping[str, FloatArray], given: list[str],
+    start: Mapping[str, float],
+) -> FloatArray:  # fmt: skip
     """Model exchange, integrated by FMPy with an event at each stamp; the channels (n, 8)."""
     even = t - t[0]
     fields = [("time", np.float64), *((name, np.float64) for name in columns)]
@@ -176,6 +201,7 @@ def _simulated(
         folder,
         start_time=0.0,
         stop_time=float(even[-1]),
+        start_values=dict(start),
         input=signals if columns else None,
         output=given,
         output_interval=float(np.median(np.diff(even))),

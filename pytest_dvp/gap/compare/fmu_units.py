@@ -13,15 +13,15 @@ _EXPONENTS = {"m": (1, 0), "rad": (0, 0), "-": (0, 0), "m/s": (1, -1), "rad/s": 
 _OTHERS = ("kg", "A", "K", "mol", "cd")  # base units of FMI that none of these has; radians count as 1 there
 
 
-def declared_unit(variable: Any, description: Any, who: str) -> Unit:
+def declared_unit(variable: Any, description: Any, who: str, name: str | None = None) -> Unit:
     """The unit of an FMU's variable, by its own attribute or that of its type; SI where it declares none, or where no
     signal of ours has its name.
 
-    `description` holds the FMU's definitions of units (FMI 2.0.4, 2.2.2; `displayUnit` changes no value). Raises
-    CompareError for a unit that is none of the signal.
+    `name` of the signal that it stands for, if that is not its own. `description` holds the FMU's definitions of units
+    (FMI 2.0.4, 2.2.2; `displayUnit` changes no value). Raises CompareError for a unit that is none of the signal.
     """
     text = getattr(variable, "unit", None) or getattr(getattr(variable, "declaredType", None), "unit", None) or ""
-    signal = SIGNALS.get(variable.name)
+    signal = SIGNALS.get(name or variable.name)
     if not text or signal is None:
         return Unit(signal.unit if signal is not None else "-")
     unit = find_unit(text)

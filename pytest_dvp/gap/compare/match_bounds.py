@@ -6,14 +6,12 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
+from pytest_dvp.gap.compare.bound_values import KINDS, wrong_bound
 from pytest_dvp.gap.compare.compare import Comparison
 from pytest_dvp.gap.compare.segments import CHANNELS, UNITS
 from pytest_dvp.gap.compare.time_alignment import MAX_LAG
 
 Bound: TypeAlias = float | Mapping[str, float]
-
-KINDS = ("rmse", "mncc", "lag", "gain")
-"""What may be bounded. rmse, lag and gain from above (lag: |lag| [s]; gain: |gain - 1|), mncc from below."""
 
 NO_SIGNAL = "every signal"  # in place of a name, where a number for all signals bounds none: nothing was judged
 ALIKE = 0.5  # MNCC from which a signal tells a lag or a gain; chosen
@@ -49,6 +47,15 @@ def _apart(value: float, bound: float) -> tuple[str, str]:
         if one != two or value == bound:
             break
     return one, two
+
+
+def check_bounds(bounds: Mapping[str, Bound | None]) -> None:
+    """Raises ValueError, one line, at the first bound that no comparison could keep or break, as a negative lag."""
+    for kind, bound in bounds.items():
+        for signal, value in bound.items() if isinstance(bound, Mapping) else [("", bound)]:
+            wrong = wrong_bound(kind, value)
+            if value is not None and wrong:
+                raise ValueError(f"{kind}{f' of {signal}' if signal else ''} {wrong}; found {value!r}")
 
 
 def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[BoundCheck]:

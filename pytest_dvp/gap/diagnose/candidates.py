@@ -12,6 +12,7 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.input_scales import input_map
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
+from pytest_dvp.gap.diagnose.ranges_by_size import usual_range
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
@@ -114,7 +115,7 @@ def candidates(
             continue
         coordinates = tuple(
             Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key), bool(tried.grid))
-            for key in effect.parameters
+            for key in (usual_range(each, model.car.wheelbase) for each in effect.parameters)
             if key.name not in tried.held and not any((s, key.name) in tried.scaled_by for s in scales)
         )
         mounts = places if effect.tyres else ()
@@ -181,7 +182,8 @@ def candidates_of(model: VehicleModel, names: Collection[str]) -> list[Candidate
     """Effects that a model has, to be fitted again: with those of their parameters that are switched on."""
     found: list[Candidate] = []
     for applied in model.effects:
-        on = tuple(Coordinate(applied.name, k) for k in applied.effect.parameters if isfinite(applied.values[k.name]))
+        keys = (usual_range(k, model.car.wheelbase) for k in applied.effect.parameters)
+        on = tuple(Coordinate(applied.name, k) for k in keys if isfinite(applied.values[k.name]))
         if applied.name in names and on:
             found += [dataclasses.replace(c, coordinates=on) for c in candidates(model, [applied.effect], refined=True)]
     return found

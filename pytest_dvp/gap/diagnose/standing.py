@@ -17,6 +17,7 @@ from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect, Standing
 from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import ROUNDING
+from pytest_dvp.gap.diagnose.ranges_by_size import usual_range
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
@@ -85,7 +86,7 @@ def with_standing(
             *_held_out(search, final, e.name, evidence.held_out, evidence.evident),
             *([f"these drives can hardly show it: {missed[e.name]}"] if e.name in missed else []),
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
-            *_implausible(e, known[e.name], present.get(e.name, {})),
+            *_implausible(e, known[e.name], present.get(e.name, {}), model.car.wheelbase),
             *_nothing_sure(e, known[e.name], present.get(e.name, {}), search.target.excused),
             *_at_ends(e, told),
             *_unseen(e, model.remainder_shape.unseen.get(e.name, {})),
@@ -129,13 +130,13 @@ def _trace(name: str, gains: Mapping[str, float]) -> list[str]:
     return [f"beside {main}, which explains more than {1.0 / TRACE:.0f} times as much, it may be a trace of that"]
 
 
-def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> list[str]:
-    """Values farther from doing nothing than the range that is met in practice. given: values that the model has
-    already; of these the change counts, for what a car has and what is new in it may add up to more. Of a share that
-    the model has at nought, no change by a factor leads anywhere: there the value counts."""
+def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float], wheelbase: float) -> list[str]:
+    """Values farther from doing nothing than the range that is met on a vehicle of `wheelbase` [m]. given: values that
+    the model has already; of these the change counts, for what a car has and what is new in it may add up to more. Of
+    a share that the model has at nought, no change by a factor leads anywhere: there the value counts."""
     found = []
     for name, estimate in e.parameters.items():
-        key = effect.key(name)
+        key = usual_range(effect.key(name), wheelbase)
         value = estimate.value
         if name in given and isfinite(key.neutral) and isfinite(given[name]):
             if not key.neutral:

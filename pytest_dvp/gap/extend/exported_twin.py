@@ -36,6 +36,7 @@ import base64
 import hashlib
 import importlib
 import io
+import math
 import shutil
 import sys
 import tempfile
@@ -46,6 +47,7 @@ MODEL = {model!r}
 OUTPUTS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 COMMANDS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd")
 STEP = 0.001  # s
+ROUNDING = 1e-4  # of a step, by which a sum of times may be beyond its end; chosen
 _COLUMNS = (1, 2, 4, 5, 8, 9, 10, 11)
 _SOURCES = """
 {sources}
@@ -82,10 +84,13 @@ class Twin:
         self._done = 0
 
     def step(self, dt, steer_cmd=0.0, accel_cmd=0.0, throttle_cmd=0.0, brake_cmd=0.0, speed_cmd=0.0):
-        """Hold these commands for dt [s]; returns what is shown then. Steps of 1 ms; what is left over is kept."""
+        """Hold these commands for dt [s]; returns what is shown at the end of the step of 1 ms in which dt ends.
+
+        So a command acts in what is shown however short dt is; what is ahead is taken off the next step.
+        """
         self._plant.command(steer_cmd, accel_cmd, throttle_cmd, brake_cmd, speed_cmd)
         self._asked += dt
-        steps = round(self._asked / STEP) - self._done
+        steps = math.ceil(self._asked / STEP - ROUNDING) - self._done
         if steps > 0:
             self._plant.advance(steps)
             self._done += steps
@@ -177,8 +182,10 @@ def write_fmu(model: VehicleModel, path: Path) -> None:
     from reports.whole_file import write_whole
 
     with tempfile.TemporaryDirectory() as folder:
-        script = Path(folder) / "twin.py"
-        script.write_text(python_text(model, slave="ExportedTwin"), encoding="utf-8")
+        text = python_text(model, slave="ExportedTwin").encode()
+        # Python keeps modules by name: of two FMUs in one process, the second would drive the car of the first
+        script = Path(folder) / f"twin_{hashlib.sha256(text).hexdigest()[:16]}.py"
+        script.write_bytes(text)
         command = [sys.executable, "-m", "pythonfmu", "build", "-f", str(script), "-d", folder]
         ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if "No module named pythonfmu" in ended.stderr:

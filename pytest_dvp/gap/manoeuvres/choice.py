@@ -13,7 +13,7 @@ from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import Hypothesis, Rehearsal
-from pytest_dvp.gap.manoeuvres.simulated_drive import SIZES, Drive, perform
+from pytest_dvp.gap.manoeuvres.simulated_drive import LONGEST, SIZES, Drive, perform
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -108,13 +108,15 @@ class RehearsalInputs:
 def as_named(manoeuvres: Sequence[Manoeuvre], model: VehicleModel, envelope: Envelope) -> tuple[Choice, ...]:
     """Manoeuvres that the user asked for by name, each as large as keeps within the envelope.
 
-    Raises PlanError: one does not keep within it, however small.
+    Raises PlanError: one does not keep within it or does not come to its end, however small.
     """
     found = []
     for manoeuvre in manoeuvres:
         drive = perform(manoeuvre, model, {}, envelope)
         if drive is None:
-            raise PlanError(f"{manoeuvre.name} does not keep within these limits; widen them")
+            raise PlanError(
+                f"{manoeuvre.name} does not keep within these limits, or lasts longer than {LONGEST:g} s; widen them"
+            )
         found.append(Choice((), True, drive, 0.0, (), {}, 1, weak=False))
     return tuple(found)
 

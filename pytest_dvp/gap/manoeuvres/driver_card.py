@@ -51,7 +51,10 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
     if choice.not_shown:
         lines.append(f"  not      {', '.join(choice.not_shown)}: nothing within these limits shows them")
     lines += [f"  {kind:8s} {path}" for kind, path in files.items()]
-    if files:
+    if files and not model.inputs.by_a_stack:
+        driven = " + ".join(model.inputs.longitudinal)
+        lines.append(f"  rehearse not by dvp run: a driving stack has no {driven}, by which this model is driven")
+    elif files:
         seconds = math.ceil(d.seconds / 10.0) * 10 + 10
         own = [
             word for pair in zip(options[::2], options[1::2], strict=True) if pair[0] == "--effects" for word in pair

@@ -36,6 +36,7 @@ class Drive:
 
     t (n,) [s]; wishes (n, 3): acceleration [m/s^2], road-wheel angle [rad], speed [m/s] asked for; motion (n, 5): x, y
     [m] of the rear axle, yaw [rad] without turns of 2 pi, v [m/s], yaw rate [rad/s] at t. It starts at 0, 0 along x.
+    finished: whether it came to its end, at a standstill, within LONGEST.
     """
 
     manoeuvre: Manoeuvre
@@ -44,6 +45,7 @@ class Drive:
     t: FloatArray
     wishes: FloatArray
     motion: FloatArray
+    finished: bool = True
 
     @property
     def seconds(self) -> float:
@@ -59,6 +61,7 @@ def drive(manoeuvre: Manoeuvre, car: Car, respond: Respond, envelope: Envelope, 
     wishes: list[DriverDemand] = []
     motion = [(0.0, 0.0, 0.0, 0.0, 0.0)]
     wish = next(running)
+    finished = False
     try:
         while len(wishes) < LONGEST / PERIOD:
             wishes.append(wish)
@@ -66,19 +69,20 @@ def drive(manoeuvre: Manoeuvre, car: Car, respond: Respond, envelope: Envelope, 
             motion.append(shown)
             wish = running.send(Motion(*shown[:4]))
     except StopIteration:
-        pass
+        finished = True
     t = np.round(np.arange(len(wishes)) * PERIOD, 6)
-    return Drive(manoeuvre, size, driver.area, t, np.array(wishes), np.array(motion[:-1]))
+    return Drive(manoeuvre, size, driver.area, t, np.array(wishes), np.array(motion[:-1]), finished)
 
 
 def perform(manoeuvre: Manoeuvre, model: VehicleModel, values: Values, envelope: Envelope,
             sizes: tuple[float, ...] = SIZES, effects: Sequence[Effect] = ()) -> Drive | None:  # fmt: skip
-    """The largest of `sizes` that keeps within the envelope with this model and values, None if none does; effects:
-    the user's own."""
+    """The largest of `sizes` that is driven to its end and keeps within the envelope with this model and values, None
+    if none does; effects: the user's own."""
     full = with_values(model, values, effects)
     for size in sizes:
         found = drive(manoeuvre, model.car, responder(full), envelope, size)
-        if not violations(found.t, found.motion, found.wishes[:, 1], envelope, found.area, model.car):
+        left = violations(found.t, found.motion, found.wishes[:, 1], envelope, found.area, model.car)
+        if found.finished and not left:
             return found
     return None
 

@@ -186,9 +186,7 @@ class Driver:
 
     def halt(self) -> Driving:
         """Brake to a standstill and stand for a second and a half."""
-        for _ in range(round(20.0 / PERIOD)):
-            if self.car.v < 0.1:
-                break
+        while self.car.v >= 0.1:  # as long as it takes: one that never stops has not finished
             hard = self.brake if self._room(0.6) < 1.0 else 0.6 * self.brake
             yield from self._tick(-hard, self._keep(), 0.0)
         yield from self.stand(1.5)

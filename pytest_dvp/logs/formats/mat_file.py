@@ -1,8 +1,9 @@
-"""MATLAB .mat (v4 to v7) -> streams: vectors of one length belong together; a struct of vectors is a group."""
+"""MATLAB .mat (v4 to v7) -> streams: vectors of one length belong together; a struct of vectors is a group, whose time
+may stand in a struct around it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def read_mat(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
     except Exception as error:  # scipy raises many kinds on a damaged file; all mean: not readable
         raise LogError(f"{path}: not a .mat file: {error}".split("\n")[0], "log.not_mat") from None
     streams: list[Stream] = []
-    _group(str(path), "", {k: v for k, v in found.items() if not k.startswith("__")}, streams, findings, 0)
+    _group(str(path), "", {k: v for k, v in found.items() if not k.startswith("__")}, {}, streams, findings)
     if not streams:
         raise LogError(f"{path}: no vectors with a time of the same length (`t_s`, `time`)", "log.time_missing")
     return streams
@@ -51,32 +52,62 @@ FORMAT = LogFormat("mat", (".mat",), ((b"MATLAB ", "a .mat file"),), read_mat, c
 
 
 def _group(
-    file: str, topic: str, items: dict[str, Any], streams: list[Stream], findings: Findings, depth: int
+    file: str, topic: str, items: dict[str, Any], around: Mapping[int, FloatArray], streams: list[Stream],
+    findings: Findings,
 ) -> None:  # fmt: skip
-    vectors: dict[str, FloatArray] = {}
-    for name, value in items.items():
-        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 2:
-            vectors[name] = value.astype(np.float64)
-        elif hasattr(value, "_fieldnames") and depth < 4:
-            inner = {str(n): getattr(value, n) for n in value._fieldnames}
-            _group(file, f"{topic}/{name}" if topic else name, inner, streams, findings, depth + 1)
-    lengths: set[int] = set()
+    """Add the streams of a struct, and of the structs in it. around: times [s] of the structs around it, by length."""
+    items = _labelled(items)
+    vectors = {
+        name: value.astype(np.float64)
+        for name, value in items.items()
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 2
+    }
+    own: dict[int, tuple[str, FloatArray]] = {}
     for name, values in vectors.items():
         header = parse_header(name)
-        if canonical(header.name) != "t" or len(values) in lengths:
-            continue
-        unit = find_unit(header.unit or "s")
-        t = values * (unit.scale if unit is not None and unit.si == "s" else 1.0)
-        fields = {n: v for n, v in vectors.items() if n != name and len(v) == len(t)}
-        units = {n: u for n in fields if (u := parse_header(n).unit) is not None}
-        own = f"{topic}/{name}".strip("/") if lengths else topic  # a second rate beside the first
-        streams.append(Stream(own, "mat", t, fields, units))
-        lengths.add(len(t))
-    lost = [n for n, v in vectors.items() if canonical(parse_header(n).name) in SIGNALS and len(v) not in lengths]
-    if lost and lengths:
+        if canonical(header.name) == "t" and len(values) not in own:
+            unit = find_unit(header.unit or "s")
+            own[len(values)] = name, values * (unit.scale if unit is not None and unit.si == "s" else 1.0)
+    times = {**around, **{length: t for length, (_, t) in own.items()}}
+    for name, value in items.items():
+        for part, inner in _structs(name, value):
+            if _label(inner):  # is a signal of this struct
+                continue
+            _group(file, f"{topic}/{part}" if topic else part, inner, times, streams, findings)
+    for length, t in times.items():
+        time = own[length][0] if length in own else ""
+        if fields := {n: v for n, v in vectors.items() if n != time and len(v) == length}:
+            units = {n: u for n in fields if (u := parse_header(n).unit) is not None}
+            beside = time and length != next(iter(own))  # a second rate beside the first
+            streams.append(Stream(f"{topic}/{time}".strip("/") if beside else topic, "mat", t, fields, units))
+    lost = [n for n, v in vectors.items() if canonical(parse_header(n).name) in SIGNALS and len(v) not in times]
+    if lost and times:
         found = listed([f"{name} ({len(vectors[name])} values)" for name in lost], 8)
         findings.add(
             "log.time_missing", file, None, topic, "signals without a time of their length are left out", found=found,
-            allowed=f"as many values as a time of the same struct, {listed(sorted(map(str, lengths)), 4)}",
+            allowed=f"as many values as a time of this struct or one around it, {listed(sorted(map(str, times)), 4)}",
             severity="warning",
         )  # fmt: skip
+
+
+def _structs(name: str, value: Any) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The struct of a value, or each of an array of them, with its fields."""
+    several = isinstance(value, np.ndarray) and value.dtype.kind == "O"
+    for k, one in enumerate(value.ravel() if several else [value], 1):
+        if hasattr(one, "_fieldnames"):
+            yield f"{name}({k})" if several else name, {str(n): getattr(one, n) for n in one._fieldnames}
+
+
+def _labelled(items: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a struct, with the `values` of Simulink's `signals` ("Structure With Time") under their `label`."""
+    found = {}
+    for name, value in items.items():
+        for _, inner in _structs(name, value):
+            if label := _label(inner):
+                found[label] = inner["values"]
+    return {**items, **found}
+
+
+def _label(items: dict[str, Any]) -> str:
+    label = items.get("label")
+    return label.strip() if isinstance(label, str) and "values" in items else ""

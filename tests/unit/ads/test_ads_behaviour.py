@@ -196,7 +196,10 @@ def test_follows_a_slower_vehicle_at_its_speed():
     assert watch.least > 5.0
 
 
-@pytest.mark.parametrize(("stop", "go"), [("red", "green"), ("on;off;off", "off;off;on"), ("red;amber", "green")])
+@pytest.mark.parametrize(
+    ("stop", "go"),
+    [("red", "green"), ("on;off;off", "off;off;on"), ("red;amber", "green"), ("flashing red", "flashing amber")],
+)
 def test_stops_at_a_red_light_and_goes_at_green(stop, go):
     network = PlaneMap([(300.0, 0.0)], signal_at=60.0)
 

@@ -54,7 +54,9 @@ class World:
 
     def __post_init__(self) -> None:
         self.settled: list[Any] = []
-        self.model: Any = SimpleNamespace(effects=[], remainder_shape=RemainderShape())
+        self.model: Any = SimpleNamespace(
+            effects=[], remainder_shape=RemainderShape(), car=SimpleNamespace(wheelbase=2.7)
+        )
         self.experiments = [SimpleNamespace(model=self.model)]
 
     def whitened(self, values: Any) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -158,6 +159,21 @@ def test_what_is_no_log_and_no_model_is_refused_in_one_line() -> None:
 def test_without_a_bound_nothing_is_asserted_and_that_is_an_error() -> None:
     with pytest.raises(ValueError, match="no bound"):
         assert_matches(drive(), baseline())
+
+
+@pytest.mark.parametrize(
+    ("bounds", "told"),
+    [
+        ({"lag": -0.1}, r"^lag must be a finite number >= 0; found -0\.1$"),
+        ({"gain": {"v": float("nan")}}, r"^gain of v must be a finite number >= 0; found nan$"),
+        ({"gain": True}, r"^gain must be a finite number >= 0; found True$"),
+        ({"rmse": {"v": "wide"}}, r"^rmse of v must be a finite number >= 0; found 'wide'$"),
+        ({"mncc": {"v": 1.5}}, r"^mncc of v must be a number from 0 to 1; found 1\.5$"),
+    ],
+)
+def test_bound_that_nothing_could_keep_is_refused(bounds: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        assert_matches(drive(), baseline(), **bounds)
 
 
 def test_file_in_kilometres_an_hour_is_refused(tmp_path: Path) -> None:

@@ -282,7 +282,7 @@ def test_what_was_asked_for_by_name_is_driven_as_large_as_it_may(shown: Any) -> 
     manoeuvres = shown({"a": (20.0, {})})
     (found,) = as_named(manoeuvres[:1], MODEL, Envelope())
     assert (found.effects, found.exciting, found.gap, found.repeats, found.weak) == ((), True, 0.0, 1, False)
-    with pytest.raises(PlanError, match="not driven does not keep within these limits; widen them"):
+    with pytest.raises(PlanError, match="not driven does not keep within these limits, or lasts longer than 180 s; "):
         as_named(manoeuvres, MODEL, Envelope())
 
 

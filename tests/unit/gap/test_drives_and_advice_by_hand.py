@@ -86,7 +86,7 @@ def test_the_largest_size_is_driven_that_keeps_within_the_limits(
 
     def made(manoeuvre: Any, car: Any, respond: Any, envelope: Any, size: float) -> Any:
         sizes.append(size)
-        return SimpleNamespace(size=size, t=None, motion=None, wishes=np.full((2, 3), size), area=None)
+        return SimpleNamespace(size=size, t=None, motion=None, wishes=np.full((2, 3), size), area=None, finished=True)
 
     monkeypatch.setattr(simulated_drive, "drive", made)
     monkeypatch.setattr(simulated_drive, "responder", lambda model: None)

@@ -15,6 +15,9 @@ import numpy as np
 import pytest
 
 from pytest_dvp.cli.dispatch import main
+from pytest_dvp.gap.compare.fmu_model import FmuSubject
+from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array
+from pytest_dvp.logs.log import Log
 from vehicle.messages import VehicleState
 from vehicle.model.model_file import read_model
 from vehicle.model.plant import Plant
@@ -22,6 +25,16 @@ from vehicle.model.plant import Plant
 MODEL = Path(__file__).parents[3] / "scenarios" / "models" / "surrogate.toml"
 TICK, TICKS = 0.05, 3300
 SHOWN = (1, 2, 4, 5, 8, 9, 10, 11)  # x, y, yaw, v, yaw_rate, ax, ay, steer of a row of the twin
+
+CAR = """
+[model]
+base = "kinematic_bicycle"
+[inputs]
+steer = "steer_cmd"
+longitudinal = "accel_cmd"
+[parameters]
+wheelbase = 2.7
+"""
 
 DRIVE = """
 import json, math, sys
@@ -63,13 +76,15 @@ def test_the_module_drives_alone_as_our_twin_does(tmp_path, ours, ticks):
     assert np.abs(np.reshape(told["rows"], (ticks, len(SHOWN))) - ours[:ticks]).max(initial=0.0) < 1e-6
 
 
-@pytest.mark.skipif(
-    not all(importlib.util.find_spec(name) for name in ("fmpy", "pythonfmu")), reason="FMUs need the extra fmi"
+fmus = pytest.mark.skipif(
+    not all(importlib.util.find_spec(name) for name in ("fmpy", "pythonfmu"))
+    or platform.machine().lower() not in ("x86_64", "amd64")
+    or sys.platform == "darwin",
+    reason="FMUs need the extra fmi, and PythonFMU has no library for other machines",
 )
-@pytest.mark.skipif(
-    platform.machine().lower() not in ("x86_64", "amd64") or sys.platform == "darwin",
-    reason="PythonFMU has no library for this machine",
-)
+
+
+@fmus
 def test_the_fmu_drives_as_our_twin_does(tmp_path, ours, monkeypatch):
     import fmpy
     from fmpy.fmi2 import FMU2Slave
@@ -98,6 +113,28 @@ def test_the_fmu_drives_as_our_twin_does(tmp_path, ours, monkeypatch):
         rows.append(slave.getReal([of[n] for n in ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")]))
     slave.terminate()
     assert np.abs(np.array(rows) - ours).max() < 1e-6
+
+
+@fmus
+def test_the_fmu_is_compared_as_its_model_is_from_a_start_on_the_move(tmp_path: Path) -> None:
+    """The log begins at 10 m/s and shows each command from its stamp on, as every row of a comparison does."""
+    model = tmp_path / "car.toml"
+    model.write_text(CAR)
+    assert main(["export", str(model), "--fmu", str(tmp_path / "car.fmu")]) == 0
+    plant = Plant(read_model(model))
+    plant.reset(VehicleState(t=0.0, x=30.0, y=-20.0, yaw=1.0, v=10.0))
+    rows = []
+    for k in range(1000):
+        steer, accel = (0.05 if k % 100 < 50 else -0.02), (0.8 if k % 160 < 80 else -0.9)
+        plant.command(steer, accel)
+        plant.advance(1)
+        rows.append([0.02 * k, steer, accel, *plant.shown_row()[list(SHOWN[:7])]])
+        plant.advance(19)
+    names = ("t", "steer_cmd", "accel_cmd", "x", "y", "yaw", "v", "yaw_rate", "ax", "ay")
+    log = Log(dict(zip(names, np.array(rows).T, strict=True)))
+    shown = FmuSubject(tmp_path / "car.fmu").output(log, cut(log.t, measured_array(log.columns)))
+    for k, name in enumerate(CHANNELS[:7]):
+        assert shown[:, k] == pytest.approx(log[name], abs=0.02), name
 
 
 def test_a_measured_speed_is_no_command_to_export_with(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -51,7 +52,7 @@ class Written:
         self.calls.append(("exit", None))
 
     def setReal(self, into: list[int], values: list[float]) -> None:
-        assert into == [3, 4]
+        assert into == ([11] if self.time == 0.0 and len(self.calls) == 0 and len(values) == 1 else [3, 4])
         self.given = values
         self.calls.append(("put", tuple(values)))
 
@@ -96,7 +97,7 @@ def test_outputs_that_are_channels_are_read_also_local_ones() -> None:
 
 
 def test_of_free_steps_a_thousandth_shows_the_command_of_the_stamp_and_the_rest_goes_on(fmu: Written) -> None:
-    found = _stepped(None, "", described(), T, COLUMNS)
+    found = _stepped(None, "", described(), T, COLUMNS, {})
     assert fmu.calls == [
         ("setup", 0.0), ("enter", None), ("put", (0.1, 1.0)), ("exit", None),
         ("put", (0.1, 1.0)), ("step", 0.0001), ("get", None), ("step", 0.0999),
@@ -110,13 +111,25 @@ def test_of_free_steps_a_thousandth_shows_the_command_of_the_stamp_and_the_rest_
 
 
 def test_an_fmu_of_version_3_is_told_the_start_when_it_begins(fmu: Written) -> None:
-    _stepped(None, "", described(version="3.0"), T, COLUMNS)
+    _stepped(None, "", described(version="3.0"), T, COLUMNS, {})
     assert fmu.calls[:3] == [("enter", 0.0), ("put", (0.1, 1.0)), ("exit", None)]
+
+
+def test_an_fmu_is_put_where_the_log_begins_before_it_is_set_up(fmu: Written) -> None:
+    """In the units that it declares, by parameters alone, and only where the log tells the start."""
+    parameters = [variable("v0", "parameter", 11), variable("x0", "output", 12), variable("yaw0", "parameter", 13)]
+    parameters[0].unit = "km/h"
+    description = described(variables=[*VARIABLES, *parameters])
+    subject = FmuSubject(Path("a.fmu"))
+    start = subject._start(description, {"x": 5.0, "y": 6.0, "yaw": math.nan, "v": 10.0})
+    assert start == {"v0": pytest.approx(36.0)}
+    _stepped(None, "", description, T, COLUMNS, start)
+    assert fmu.calls[:2] == [("put", (pytest.approx(36.0),)), ("setup", 0.0)]
 
 
 def test_an_fmu_of_one_step_length_goes_in_usual_steps_and_is_read_between_them(fmu: Written) -> None:
     """Steps of 0.15 s: 0, 0.15 and 0.3 s; the command is that of the last stamp, so 0.1, 0.2 and 0.3."""
-    found = _stepped(None, "", described(free=False), T, COLUMNS)
+    found = _stepped(None, "", described(free=False), T, COLUMNS, {})
     assert fmu.calls[4:] == [
         ("put", (0.1, 1.0)), ("get", None), ("step", 0.15),
         ("put", (0.2, 2.0)), ("get", None), ("step", 0.15),
@@ -129,18 +142,18 @@ def test_an_fmu_of_one_step_length_goes_in_usual_steps_and_is_read_between_them(
 def test_steps_of_one_length_reach_beyond_the_last_stamp(fmu: Written) -> None:
     t = np.array([0.0, 0.1, 0.2, 0.35])
     columns = {name: np.append(values, values[-1]) for name, values in COLUMNS.items()}
-    found = _stepped(None, "", described(free=False), t, columns)
+    found = _stepped(None, "", described(free=False), t, columns, {})
     assert [name for name, _ in fmu.calls].count("step") == 4  # to 0.4 s
     assert found[:, CHANNELS.index("v")] == pytest.approx([0.0, 0.1, 0.2, 0.35])
 
 
 def test_an_fmu_without_inputs_is_given_nothing_and_one_that_fails_is_let_go(fmu: Written) -> None:
-    _stepped(None, "", described(variables=VARIABLES[2:]), T, {})
+    _stepped(None, "", described(variables=VARIABLES[2:]), T, {}, {})
     assert "put" not in [name for name, _ in fmu.calls]
     fmu.time = 0.0
     fmu.terminate = lambda: 1 / 0  # type: ignore[assignment, method-assign]
     with pytest.raises(ZeroDivisionError):
-        _stepped(None, "", described(variables=VARIABLES[2:]), T, {})
+        _stepped(None, "", described(variables=VARIABLES[2:]), T, {}, {})
     assert fmu.calls[-1] == ("free", None)
 
 
@@ -154,14 +167,15 @@ def test_model_exchange_is_given_commands_that_are_held_and_read_after_each_even
         result["time"], result["v"] = times, [1.0, 2.0, 3.0, 4.0, 5.0]
         return result
 
-    found = _simulated(SimpleNamespace(simulate_fmu=simulate), "here", T, COLUMNS, ["v"])
+    found = _simulated(SimpleNamespace(simulate_fmu=simulate), "here", T, COLUMNS, ["v"], {"v0": 3.0})
     assert found[:, CHANNELS.index("v")] == pytest.approx([1.0, 3.0, 5.0])
     assert (asked["folder"], asked["output"], asked["record_events"]) == ("here", ["v"], True)
     assert (asked["start_time"], asked["stop_time"]) == (0.0, pytest.approx(0.3))
+    assert asked["start_values"] == {"v0": 3.0}
     assert asked["output_interval"] == pytest.approx(0.15)
     assert asked["input"]["time"] == pytest.approx([0.0, 0.1, 0.1, 0.3, 0.3])
     assert asked["input"]["steer_cmd"].tolist() == [0.1, 0.1, 0.2, 0.2, 0.3]
-    _simulated(SimpleNamespace(simulate_fmu=simulate), "here", T, {}, ["v"])
+    _simulated(SimpleNamespace(simulate_fmu=simulate), "here", T, {}, ["v"], {})
     assert asked["input"] is None
 
 
@@ -218,7 +232,7 @@ def test_an_fmu_without_steps_of_its_own_is_integrated_and_what_was_unpacked_is_
     if not steps:
         description.coSimulation = None
     reading = Reading(description, tmp_path / "x")
-    found = FmuSubject(Path("a.fmu"))._run(reading, description, T, COLUMNS)
+    found = FmuSubject(Path("a.fmu"))._run(reading, description, T, COLUMNS, {})
     assert found[:, CHANNELS.index("v")].tolist() == [6.0, 6.0, 6.0]
     assert not reading.folder.exists()
 

@@ -16,6 +16,7 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.diagnose.experiment import Values
+from pytest_dvp.gap.manoeuvres import simulated_drive
 from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre, chosen
 from pytest_dvp.gap.manoeuvres.choice import Choice, PlanError
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, decide
@@ -84,6 +85,23 @@ def test_a_car_that_answers_too_strongly_is_asked_for_less() -> None:
         assert drive is not None
         assert drive.size < 1.0
         within(drive, Envelope())
+
+
+def test_a_fast_car_is_braked_until_it_stands() -> None:
+    """Gently from 26 m/s takes longer than 20 s."""
+    fast = Envelope(max_speed=40.0, length=1000.0, width=200.0)
+    found = drive(chosen(["slow_ramp"])[0], MODEL.car, responder(MODEL), fast, 0.55)
+    assert found.finished
+    assert found.motion[-1, 3] < 0.1
+
+
+def test_a_drive_that_does_not_come_to_its_end_is_none_to_be_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    (ramp,) = chosen(["slow_ramp"])
+    whole = perform(ramp, MODEL, {}, Envelope())
+    assert whole is not None
+    monkeypatch.setattr(simulated_drive, "LONGEST", 0.5 * whole.seconds)
+    assert not drive(ramp, MODEL.car, responder(MODEL), Envelope()).finished
+    assert perform(ramp, MODEL, {}, Envelope(), (whole.size,)) is None
 
 
 def test_leaving_the_limits_is_told() -> None:
@@ -244,6 +262,23 @@ def test_the_card_says_what_to_drive_record_and_repeat(planned: Path, capsys: py
     page = next((planned / "two").glob("*_card.html")).read_text()
     assert page.count("<svg") == 4
     assert "http" not in page.replace("http-equiv", "")
+
+
+@pytest.mark.parametrize(
+    ("driven", "unit", "rehearsed"),
+    [("v", "m/s", False), ("throttle_cmd + brake_pressure", "Pa", True), ("motor_current", "A", False)],
+)
+def test_a_rehearsal_is_offered_where_a_stack_can_drive_the_model_and_commands_have_their_unit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], driven: str, unit: str, rehearsed: bool
+) -> None:
+    (tmp_path / "car.toml").write_text(MODEL_FILE.replace('"accel_cmd"', f'"{driven}"'))
+    arguments = ["plan", "--model", str(tmp_path / "car.toml"), "--drive", "circles_left", "--out", str(tmp_path / "p")]
+    assert main(arguments) == 0
+    card = capsys.readouterr().out
+    assert ("  rehearse dvp run " in card) == rehearsed
+    assert ("  rehearse not by dvp run: a driving stack has no " in card) != rehearsed
+    head = (tmp_path / "p" / "circles_left_commands.csv").read_text().splitlines()[0].split(",")
+    assert f"{driven.split(' + ')[-1]} [{unit}]" in head
 
 
 def test_limits_are_obeyed_and_wrong_ones_refused(planned: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -76,19 +76,19 @@ def named(name: str, **values: float) -> NamedEffect:
 
 def test_a_value_outside_what_is_usual_is_told_with_the_range() -> None:
     gain, drag, limit = (find_effect(name) for name in ("drive_gain", "rolling_resistance", "brake_limit"))
-    assert _implausible(named("drive_gain", g=1.1), gain, {}) == []
-    assert _implausible(named("drive_gain", g=1.3), gain, {}) == ["g = 1.3 is outside what is usual, 0.7 to 1.2"]
-    assert _implausible(named("drive_gain", g=1.3), gain, {"g": 1.2}) == []  # of a car that has 1.2, 8 % more
-    assert len(_implausible(named("drive_gain", g=0.8), gain, {"g": 1.2})) == 1  # a third less
-    assert _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.2}) == []
-    (told,) = _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.05})
+    assert _implausible(named("drive_gain", g=1.1), gain, {}, 2.7) == []
+    assert _implausible(named("drive_gain", g=1.3), gain, {}, 2.7) == ["g = 1.3 is outside what is usual, 0.7 to 1.2"]
+    assert _implausible(named("drive_gain", g=1.3), gain, {"g": 1.2}, 2.7) == []  # of a car that has 1.2, 8 % more
+    assert len(_implausible(named("drive_gain", g=0.8), gain, {"g": 1.2}, 2.7)) == 1  # a third less
+    assert _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.2}, 2.7) == []
+    (told,) = _implausible(named("rolling_resistance", c=0.5), drag, {"c": 0.05}, 2.7)
     assert told == "c = 0.5, 0.45 seen from what the model has, is outside what is usual, 0.05 to 0.4 m/s^2"
-    assert len(_implausible(named("brake_limit", limit=0.9), limit, {"limit": 5.0})) == 1
+    assert len(_implausible(named("brake_limit", limit=0.9), limit, {"limit": 5.0}, 2.7)) == 1
     fade = find_effect("brake_fade")
-    assert _implausible(named("brake_fade", k=0.01, tau=9e9), fade, {}) == []  # how, not how much
-    gain_at_nought = _implausible(named("drive_gain", g=0.8), gain, {"g": 0.0})
+    assert _implausible(named("brake_fade", k=0.01, tau=9e9), fade, {}, 2.7) == []  # how, not how much
+    gain_at_nought = _implausible(named("drive_gain", g=0.8), gain, {"g": 0.0}, 2.7)
     assert gain_at_nought == []  # no change by a factor leads there: the value counts
-    assert len(_implausible(named("drive_gain", g=1.3), gain, {"g": 0.0})) == 1
+    assert len(_implausible(named("drive_gain", g=1.3), gain, {"g": 0.0}, 2.7)) == 1
 
 
 def rest(**chi2: float) -> Any:

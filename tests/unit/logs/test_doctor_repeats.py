@@ -68,7 +68,7 @@ def test_a_slow_sensor_that_was_silent_for_a_while_is_one_too(sound: Columns, si
     assert repeats_of(comparable(log)) == {}
 
 
-@pytest.mark.parametrize("jitter", [0.005, 0.015])
+@pytest.mark.parametrize("jitter", [0.005, 0.015, 0.02])
 def test_a_slow_sensor_whose_samples_come_unevenly_is_one_too(jitter: float) -> None:
     """10 Hz behind an operating system, in rows of 100 Hz."""
     columns = drive(60.0, rate=100.0)

@@ -101,6 +101,21 @@ def test_noise_of_positions_is_no_bend(noise: float) -> None:
     assert not examine(Log(columns=columns))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_of_a_heading_of_a_slow_car_is_no_bend_and_a_bend_is_one_all_the_same(seed: int) -> None:
+    """2 degrees of noise at 10 Hz and 2.05 m/s, without a yaw rate; then somebody drives bends of 8 m to both sides."""
+    t, rng = np.arange(0.0, 60.0, 0.1), np.random.default_rng(seed)
+    for curvature in (np.zeros(len(t)), np.where(np.sin(0.5 * t) > 0.0, 0.125, -0.125)):
+        yaw = np.cumsum(2.05 * curvature) * 0.1
+        columns = {
+            "t": t, "x": np.cumsum(np.cos(yaw)) * 0.205, "y": np.cumsum(np.sin(yaw)) * 0.205,
+            "yaw": yaw + rng.normal(0.0, 0.035, len(t)), "v": 2.05 + rng.normal(0.0, 0.03, len(t)),
+            "steer_cmd": np.zeros(len(t)), "accel_cmd": np.zeros(len(t)),
+        }  # fmt: skip
+        told = "log.resting_command" in [each.code for each in examine(Log(columns=columns))]
+        assert told == bool(curvature.any())
+
+
 def test_a_mode_that_is_stated_where_it_changes_lacks_nothing(by_hand: Columns) -> None:
     t, engaged = by_hand["t"], by_hand["engaged"]
     by_hand["engaged"] = np.where(np.concatenate([[True], np.diff(engaged) != 0.0]), engaged, np.nan)
@@ -151,6 +166,23 @@ def test_a_mode_is_no_answer_and_a_mapping_makes_it_one(by_hand: Columns, tmp_pa
     log, findings = read_checked_log(file, mapping=mapping)
     assert [each.code for each in findings] == ["log.not_engaged"]
     assert np.array_equal(np.isnan(log.columns["steer_cmd"]), mode == 4.0)
+
+
+def test_of_two_modes_both_have_to_be_on(by_hand: Columns, tmp_path: Path) -> None:
+    t = by_hand["t"]
+    del by_hand["engaged"]
+    file = write_csv(tmp_path / "log.csv", by_hand)
+    lat, long = (t < 20.0) | (t >= 35.0), t < 50.0
+    lines = file.read_text("utf-8").splitlines()
+    rows = zip(lines[1:], lat, long, strict=True)
+    written = [f"{lines[0]},latActive,longActive", *(f"{line},{a:d},{b:d}" for line, a, b in rows)]
+    file.write_text("\n".join(written) + "\n", encoding="utf-8")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[[signal]]\nname = "engaged"\nfield = "latActive + longActive"\nwhen = [1]\n', encoding="utf-8")
+    assert np.array_equal(driven_by_others(read_log(file, mapping=mapping)), ~(lat & long))
+    mapping.write_text('[[signal]]\nname = "engaged"\nfield = "latActive + longActiv"\nwhen = [1]\n', encoding="utf-8")
+    with pytest.raises(LogError, match="no field 'latActive \\+ longActiv'"):
+        read_log(file, mapping=mapping)
 
 
 @pytest.mark.parametrize("when", ["[]", "1", '[""]', "[true]"])

@@ -33,6 +33,29 @@ def test_a_struct_in_a_mat_file_is_a_topic(tmp_path: Path) -> None:
     assert read_log(tmp_path / "a.mat")["v"] == pytest.approx(V)
 
 
+def test_the_time_of_a_mat_file_may_stand_in_a_struct_around_its_signals(tmp_path: Path) -> None:
+    """Five structs deep, and one of another length beside it that has a time of its own."""
+    from scipy.io import savemat
+
+    deep = {"car": {"bus": {"chassis": {"esp": {"v_mps": V}, "gyro": {"t_s": T[::2], "yaw_rate_radps": R[::2]}}}}}
+    savemat(tmp_path / "a.mat", {"log": {"t_s": T, **deep}})
+    log = read_log(tmp_path / "a.mat")
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw_rate"][np.isfinite(log["yaw_rate"])] == pytest.approx(R[::2])
+
+
+def test_signals_of_a_structure_with_time_have_the_names_of_their_labels(tmp_path: Path) -> None:
+    """As a To Workspace block or a Scope of Simulink saves them."""
+    from scipy.io import savemat
+
+    signals = np.empty(2, dtype=[("values", "O"), ("dimensions", "O"), ("label", "O")])
+    signals[0], signals[1] = (V.reshape(-1, 1), 1.0, "v_mps"), (R.reshape(-1, 1), 1.0, "yaw_rate_radps")
+    savemat(tmp_path / "a.mat", {"ScopeData": {"time": T, "signals": signals, "blockName": "car/Scope"}})
+    log = read_log(tmp_path / "a.mat")
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw_rate"] == pytest.approx(R)
+
+
 def test_vectors_of_two_rates_have_each_their_time_in_a_mat_file(tmp_path: Path) -> None:
     from scipy.io import savemat
 

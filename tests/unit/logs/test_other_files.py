@@ -146,3 +146,20 @@ def test_the_folder_of_a_run_needs_no_mapping(tmp_path: Path, capsys: pytest.Cap
     Log(columns=dict(drive(2.0))).save(tmp_path / "run" / "log.mcap")
     assert main(["map", str(tmp_path / "run")]) == 2
     assert capsys.readouterr().err == f"{tmp_path / 'run'}: a log of dvp, it needs no mapping\n"
+
+
+@pytest.mark.parametrize(
+    ("files", "says"),
+    [
+        (["drive_0.mcap"], r"; .*drive_0\.mcap can be read by itself$"),
+        (["drive_0.mcap", "drive_1.mcap"], r"; `ros2 bag reindex .*` writes the metadata\.yaml of the bag$"),
+        (["drive_0.db3"], r"; `ros2 bag reindex .*` writes the metadata\.yaml of the bag$"),
+        (["a.csv", "b.csv"], r"; several files of one drive become one log by `dvp join .*`$"),
+        (["a.csv"], r"\(metadata\.yaml\)$"),
+    ],
+)
+def test_folder_that_is_no_log_says_what_makes_one_of_its_files(tmp_path: Path, files: list[str], says: str) -> None:
+    for name in files:
+        (tmp_path / name).touch()
+    with pytest.raises(LogError, match=says):
+        read_log(tmp_path)

@@ -63,6 +63,22 @@ def test_each_line_says_why(tmp_path: Path) -> None:
         assert words in entry.replace("\n# ", " ")
 
 
+def test_steering_in_percent_is_a_share_of_the_greatest_angle(tmp_path: Path) -> None:
+    """As Apollo's: 100 % are 0.5 rad at the road wheel. A diagnosis fits the scale of the command; that of what was
+    measured is the car's own, and waits with an estimate."""
+    true = truth()
+    log, mapping = tmp_path / "apollo.csv", tmp_path / "map.toml"
+    csv(log, {"t": true["t"], "pose.x": true["x"], "pose.y": true["y"], "heading": true["yaw"], "speed_mps": true["v"],
+              "chassis.steering_percentage": 200.0 * true["steer_cmd"],
+              "control.steering_target [%]": 200.0 * true["steer_cmd"]})  # fmt: skip
+    assert main(["map", str(log), "--out", str(mapping), "--wheelbase", str(WHEELBASE)]) == 0
+    found = read_log(log, mapping=mapping).columns
+    assert found["steer_cmd_norm"] == pytest.approx(2.0 * true["steer_cmd"])
+    assert "steer" not in found
+    entry = next(part for part in mapping.read_text().split("\n\n") if '# name = "steer"' in part)
+    assert float(entry.rpartition("scale = ")[2].split()[0]) == pytest.approx(0.005, rel=CLOSE)
+
+
 def test_what_a_name_alone_tells_is_left_to_the_user_in_the_file_and_in_the_terminal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

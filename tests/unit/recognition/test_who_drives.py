@@ -12,6 +12,7 @@ from raw_files import DEG, WHEELBASE, csv, truth
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.engagement import driven_by_others
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.mapped_modes import obeyed_in
 from pytest_dvp.logs.read_log import read_log
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.texts import texts_of
@@ -60,6 +61,21 @@ def test_a_mode_that_is_sent_when_it_changes_only() -> None:
     assert len(changes) == 5
     signals = found(streams(Stream("/engage", "", T[changes], {"data": 1.0 * (MODE[changes] == 1.0)})))
     assert signals["engaged"].when == (1.0,)
+
+
+def test_a_mode_of_the_steering_beside_one_of_the_pedals_is_obeyed_where_both_are() -> None:
+    """As openpilot's latActive and longActive: from 15 to 40 s a hand steers, from 60 to 80 s a foot drives along."""
+    foot, hand = (T >= 60.0) & (T < 80.0), (T >= 15.0) & (T < 40.0)
+    own = 0.25 * np.sin(0.7 * T) + 0.1 * np.sin(1.7 * T)
+    of = streams(Stream("carControl", "", T, {"latActive": 1.0 * ~hand, "longActive": 1.0 * ~foot}))
+    of[1] = Stream("/control", "", T, {
+        "steering_angle": np.where(hand, own, TRUE["steer_cmd"]), "accel": np.where(foot, 3.0 * own, TRUE["accel_cmd"]),
+    })  # fmt: skip
+    engaged = found(of)["engaged"]
+    assert (engaged.signal.topic, engaged.signal.field) == ("carControl", "latActive + longActive")
+    assert engaged.when == (1.0,)
+    obeyed = obeyed_in(of[2], engaged.signal.field, engaged.when, "map")
+    assert np.array_equal(obeyed == 1.0, ~foot & ~hand)
 
 
 def test_a_mode_in_words() -> None:

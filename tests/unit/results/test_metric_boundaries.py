@@ -104,6 +104,13 @@ def test_the_light_that_turns_green_is_the_one_that_is_waited_for() -> None:
         ("off;off;off", False, False),
         ("on;off;off;", True, False),  # a separator at the end as well
         ("off;off;on; ", False, True),
+        ("stop", True, False),
+        ("go", False, True),
+        ("orange", False, False),
+        ("flashing red", True, False),  # Vienna Convention, article 23, 1 b: nobody passes; amber that flashes warns
+        ("flashing;off;off", True, False),
+        ("off;flashing;off", False, False),
+        ("off;off;blinking", False, True),
     ],
 )
 def test_lamps_and_words(state: str, red: bool, green: bool) -> None:

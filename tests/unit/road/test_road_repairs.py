@@ -210,6 +210,60 @@ def test_speed_limits_of_a_lane_out_of_order_hold_where_they_say(tmp_path: Path)
     assert assumed(path) == [SORTED]
 
 
+@pytest.mark.parametrize(
+    ("unit", "speed", "said"),
+    [
+        ("kph", 50.0 / 3.6, ["it is km/h"]),
+        ("KM/H", 50.0 / 3.6, ["it is km/h"]),
+        ("mps", 50.0, ["it is m/s"]),
+        ("km/h", 50.0 / 3.6, []),
+        ("knots", math.inf, ["no speed limit is stated there"]),
+    ],
+)
+def test_a_unit_of_speed_that_the_standard_does_not_have_costs_no_road(
+    tmp_path: Path, unit: str, speed: float, said: list[str]
+) -> None:
+    limit = f'<speed sOffset="0" max="50" unit="{unit}"/>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1, inside=cubic("width", 0, 3.5) + limit)])))
+    assert load_network(path).lane_speed("1", -1, 30.0) == pytest.approx(speed)
+    assert assumed(path) == said
+    if said:
+        with pytest.raises(ScenarioError, match="unit has an unknown value"):
+            load_network(path, "strict")
+
+
+@pytest.mark.parametrize("b_u", [1.0, 40.0])
+def test_the_range_of_a_curve_that_does_not_state_it_is_that_of_its_length(tmp_path: Path, b_u: float) -> None:
+    """Of 40 m: by the length with a tangent of 1, or from 0 to 1 with one of 40 m."""
+    shape = f'<paramPoly3 aU="0" bU="{b_u}" cU="0" dU="0" aV="0" bV="0" cV="0" dV="0"/>'
+    path = of_version(write(tmp_path, road("1", geometry(0, 0, 0, 0, 40, shape), 40)), 4)
+    assert load_network(path).road_pose("1", 30.0, 0.0).x == pytest.approx(30.0)
+    assert assumed(path) == []
+
+
+LIGHT = '<signal id="7" s="30" t="-4" dynamic="yes" orientation="+" type="1000001" country="OpenDRIVE">{}</signal>'
+
+
+def test_a_validity_without_lanes_is_for_every_lane(tmp_path: Path) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, signals=LIGHT.format('<validity fromLane="-1"/>')))
+    (signal,) = load_network(path).signals
+    assert signal.validity == ()
+    assert assumed(path) == ["it is for every lane of its direction"]
+
+
+@pytest.mark.parametrize(("first", "last", "told"), [(-9, -5, True), (-2, -1, False), (0, 0, False)])
+def test_a_signal_for_lanes_that_its_road_does_not_have_is_told(
+    tmp_path: Path, first: int, last: int, told: bool
+) -> None:
+    """From 0 to 0 is for nobody, as of a mast."""
+    validity = f'<validity fromLane="{first}" toLane="{last}"/>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, signals=LIGHT.format(validity)))
+    findings = [each for each in examine_opendrive(path, "lenient")[1] if each.code == "road.validity_unknown"]
+    assert [(each.severity, each.found, each.allowed) for each in findings] == (
+        [("warning", "-9 to -5", "-1, 1")] if told else []
+    )
+
+
 def test_types_of_a_road_out_of_order_hold_where_they_say(tmp_path: Path) -> None:
     types = '<type s="50" type="town"><speed max="10"/></type><type s="0" type="rural"><speed max="20"/></type>'
     path = write(tmp_path, straight("1", 0, 0, 0, 100).replace("<planView>", f"{types}<planView>"))

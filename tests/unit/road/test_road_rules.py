@@ -256,3 +256,24 @@ def test_two_roads_that_meet_at_different_heights_are_told(tmp_path: Path) -> No
         straight("2", 100, 0, 0, 9, link=to_road("predecessor", "1", "end"), elevation=cubic("elevation", 0, 8)),
     )
     assert warned(path) == [("road.joint_gap", "road[2]/link/predecessor", "a gap of 8 m")]
+
+
+def offsets(*jumps: tuple[float, float]) -> str:
+    return "".join(f'<laneOffset s="{s}" a="{a}" b="0" c="0" d="0"/>' for s, a in jumps)
+
+
+@pytest.mark.parametrize(
+    ("sections", "jump", "steps"),
+    [
+        (section([lane(1, after=1)], [lane(-1, after=-1)]) + section([lane(1, before=1)], [lane(-1, before=-1)], s=50),
+         2.0, 2),
+        (section([lane(1)], [lane(-1)]), 2.0, 2),  # inside a section
+        (section([lane(1, after=2)], [lane(-1, after=1), lane(-2, after=-1)])
+         + section([lane(1, before=-1), lane(2, before=1)], [lane(-1, before=-2)], s=50), -3.5, 0),  # numbered anew
+        (section((), [lane(-1, after=-1)]) + section((), [lane(-1, 5.5, before=-1)], s=50), 2.0, 0),  # wider by as much
+        (section([lane(1)], [lane(-1)]), 0.4, 0),
+    ],
+)  # fmt: skip
+def test_a_lane_goes_on_where_it_was(tmp_path: Path, sections: str, jump: float, steps: int) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 100, sections, offset=offsets((0.0, 0.0), (50.0, jump))))
+    assert warned(path) == [("road.lane_step", "road/lanes", f"a step of {jump:g} m aside")] * steps

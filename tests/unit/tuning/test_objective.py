@@ -71,6 +71,22 @@ def test_of_two_forbidden_points_the_one_that_breaks_less_is_better() -> None:
     assert FORBIDDEN < near < far
 
 
+def test_a_constraint_may_bound_from_below() -> None:
+    """A recall of 0.95 keeps at least 0.9; of two that do not, the one that lacks less is better."""
+    objective = Objective("performance", (Term("max_jerk", 1.0),), (Constraint("recall", low=0.9),))
+    keeps, near, far = (objective.score([{"max_jerk": 0.0, "recall": recall}]) for recall in (0.95, 0.8, 0.5))
+    assert keeps.allowed
+    assert near.broken == far.broken == ("recall < 0.9",)
+    assert FORBIDDEN < near.value < far.value
+
+
+def test_a_constraint_of_two_bounds_says_which_one_is_broken() -> None:
+    objective = Objective("performance", (Term("max_jerk", 1.0),), (Constraint("gap", 3.0, 1.0),))
+    drives = [{"max_jerk": 0.0, "gap": gap} for gap in (0.5, 2.0, 5.0)]
+    assert [objective.score([drive]).broken for drive in drives] == [("gap < 1",), (), ("gap > 3",)]
+    assert objective.score(drives).broken == ("gap > 3", "gap < 1")
+
+
 @pytest.mark.parametrize(
     ("values", "share", "value"),
     [((0.0, 10.0), 0.25, 2.5), ((1.0, 100.0), 0.5, 10.0), ((5.0, 10.0), 1.5, 10.0), ((5.0, 10.0), -1.0, 5.0)],

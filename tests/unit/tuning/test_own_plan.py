@@ -115,6 +115,7 @@ def test_performance_is_what_the_plan_says(folder: Path) -> None:
         ('"completion_time"', '"completion_tim"', r"plan.toml:18: .*did you mean 'completion_time'\?"),
         ("[iterate]", "[iterate]\niterations = 0", r"plan.toml:2: iterations is 0, expected a whole number >= 1"),
         ("[iterate]", "[iterate]\nlast_seeds = [5]", r"plan.toml:2: last_seeds is \[5\], expected two at least"),
+        ("[iterate]", "[iterate]\nlast_seeds = [5, 101]", r"plan.toml:2: last_seeds and held_out_seeds share 101: "),
     ],
 )
 @pytest.mark.nightly(by_day=3)

@@ -32,7 +32,13 @@ def plan() -> Plan:
 
 
 def driven(
-    plan: Plan, folder: Path, monkeypatch: pytest.MonkeyPatch, verdict: str, files: dict[str, str]
+    plan: Plan,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    verdict: str,
+    files: dict[str, str],
+    ending: str = "stop",
+    error: str | None = None,
 ) -> tuple[proving_ground.ProvingGroundResult, list[Job]]:
     log, jobs = folder / "town.mcap", list[Job]()
     log.write_bytes(b"log")
@@ -43,7 +49,7 @@ def driven(
         jobs.append(job)
         Path(job.save or "").parent.mkdir(exist_ok=True)
         Path(job.save or "").write_bytes(b"log")
-        return {"metrics": {}, "ending": "stop", "error": None}
+        return {"metrics": {}, "ending": ending, "error": error}
 
     with Workers(Cache(folder / "cache"), work=work) as workers:
         found = proving_ground.on_proving_ground(
@@ -60,6 +66,20 @@ def test_what_is_open_is_driven_by_the_car_and_its_log_is_kept(
     assert [(job.stage, job.vehicle, Path(job.ads or "").name) for job in jobs] == [
         ("rw", "surrogate", "lift_offs_robot.py:Robot")
     ]
+    assert [log.is_file() for log in found.logs] == [True]
+
+
+@pytest.mark.parametrize(
+    ("ending", "error", "why"),
+    [("fault", "the guard stopped the car", "the guard stopped the car"), ("timeout", None, "timeout")],
+)
+def test_a_manoeuvre_that_broke_off_is_not_taken_as_driven(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, error: str | None, why: str
+) -> None:
+    """What was driven of it is learnt from, but it may be asked for again."""
+    found, _ = driven(plan, tmp_path, monkeypatch, "PARTIAL", LIFT_OFFS, ending, error)
+    assert found.names == ()
+    assert found.unfinished == (f"lift_offs did not come to its end: {why}",)
     assert [log.is_file() for log in found.logs] == [True]
 
 

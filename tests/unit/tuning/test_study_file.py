@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -139,6 +140,22 @@ def test_what_is_not_best_at_0_must_say_what_it_is_to_be(
     assert name in read_study(written(tmp_path, text + f"{key} = 1.0\n")).objective.metrics
 
 
+@pytest.mark.parametrize(
+    ("bounds", "low", "high"),
+    [("min = 0.9", 0.9, math.inf), ("max = 2", -math.inf, 2.0), ("min = 0.5\nmax = 2", 0.5, 2.0)],
+)
+def test_a_constraint_has_a_min_a_max_or_both(tmp_path: Path, bounds: str, low: float, high: float) -> None:
+    text = f'{SOUND}[[constraint]]\nmetric = "detection_recall"\n{bounds}\n'
+    (constraint,) = read_study(written(tmp_path, text)).objective.constraints
+    assert (constraint.low, constraint.high) == (low, high)
+
+
+def test_a_constraint_that_allows_no_value_is_refused(tmp_path: Path) -> None:
+    text = f'{SOUND}[[constraint]]\nmetric = "tet"\nmin = 2\nmax = 1\n'
+    with pytest.raises(TuneError, match=r"tet: min = 2 is more than max = 1, so no value is allowed$"):
+        read_study(written(tmp_path, text))
+
+
 @pytest.mark.parametrize("name", ["max_jerk", "completion_time", "missed_events", "events_fired"])
 def test_what_is_best_at_0_needs_no_target(tmp_path: Path, name: str) -> None:
     text = f'{SOUND}[[term]]\nmetric = "{name}"\n[[constraint]]\nmetric = "{name}"\n'
@@ -160,6 +177,7 @@ def test_plan_of_the_paper_learns_nothing_from_its_judges() -> None:
     judges = {(v.title, seed) for v in plan.held_out for seed in (*plan.held_out_seeds, *plan.last_seeds)}
     assert not drives & judges
     assert not {v.title for v in plan.variants} & {v.title for v in plan.held_out}
+    assert not set(plan.held_out_seeds) & set(plan.last_seeds)
     assert len(plan.last_seeds) >= 5
 
 
