@@ -26,21 +26,9 @@ def step(name: str, p: dict[str, Any], bus: dict[str, Any], memory: dict[str, An
 
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any]]
-QUIET = dict.fromkeys(  # if not in a case
-    (
-        "bank",
-        "steer_lead",
-        "resistance",
-        "drive_drag",
-        "rotating_mass",
-        "accel_brakes",
-        "steered_pull",
-        "steer",
-        "road_friction",
-        "push",
-    ),
-    0.0,
-)
+QUIET_FIELDS = """bank steer_lead resistance drive_drag rotating_mass accel_brakes steered_pull steer road_friction
+push"""
+QUIET = dict.fromkeys(QUIET_FIELDS.split(), 0.0)  # if not in a case
 MOTOR = {"torque": 100.0, "corner_speed": 200.0, "rated_speed": 400.0, "max_speed": 800.0, "power": 2e4}
 PULL = {
     "traction": 5000.0,
