@@ -5,10 +5,11 @@ them. FOLDER holds
 
 - cars/CAR/sheet.toml, learn_rich.csv, learn_town.csv: the data sheet, and two drives with nothing hidden;
 - cases/ID/rich.csv, town.csv: two drives with the same hidden change, or with none;
-- truth.json: {ID: {"car", "noise", "names": [effect], "truth": {effect: {key: value}}, "detectable": bool}}. One change
-  is hidden in a case; several names are descriptions of it that are equally true, of which one has to be found. A
-  value is what the change adds to the car, or the factor by which it multiplies; a limit, width or place is its own.
-  Values that the catalogue cannot state are left out.
+- truth.json: {ID: {"car", "names": [effect], "truth": {effect: {key: value}}, "detectable": bool, "noise": optional,
+  a note}}. One change is hidden in a case; several names are descriptions of it that are equally true, of which one has
+  to be found. "detectable" tells whether the logs can show it, and is true where nothing is hidden. A value is what the
+  change adds to the car, or the factor by which it multiplies; a limit is that of the changed car, and so is a place, a
+  width or a speed that OWN lists. Values that the catalogue cannot state are left out.
 
 Twins are matched, asked and scored as in `python -m benchmarks.foreign_cars`.
 """

@@ -16,7 +16,7 @@ from vehicle.model.step_maths import lag_end
     slot="command",
     order=40,
     physics="the drive-by-wire unit corrects its pedals by the acceleration it measures, apart for throttle and brake",
-    equation="a = a_c + kp e + ki int(e), e = a_c - a_m, a_m the measured acceleration filtered with 0.05 s",
+    equation="a = a_c + kp e + ki int(e), e = a_c - a_m, a_m = dv/dt, filtered with 0.05 s; 0 at standstill",
     source="K. J. Astrom, R. M. Murray, Feedback Systems, sec. 10.1 (PI)",
     parameters=(
         Key("kp_drive", "-", 0.0, 2.0, neutral=0.0, least=0.02, minimum=0.0, meaning="kp while a_c > 0"),

@@ -19,7 +19,16 @@ from vehicle.model.shown_by import ACCELERATES, ACCELERATES_WELL, DRIVE, SPEED, 
     equation="a <= limit: traction <= limit m",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (range of constant torque)",
     parameters=(
-        Key("limit", "m/s^2", 0.8, 6.0, neutral=inf, least=0.1, minimum=0.0, meaning="greatest drive force over mass"),
+        Key(
+            "limit",
+            "m/s^2",
+            0.8,
+            6.0,
+            neutral=inf,
+            least=0.1,
+            minimum=0.0,
+            meaning="greatest drive force over mass, before turning parts take their share",
+        ),
     ),
     ties=(
         "drive_gain",
