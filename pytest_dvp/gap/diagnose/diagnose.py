@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 
 STRAYS = 1.5  # times the known remainder; chosen: twelve drives with nothing new of six cars left 0.3 to 1.1 times, and
 # two with a change that no effect was named for 1.8
+EXPLAINS = 0.5  # of what data held out leave beyond the known remainder, that a set must take away to be what is new;
+# chosen: one that took 5 % of it on a stranger's ambulance was no part of the change
 
 
 def diagnose(
@@ -144,6 +146,7 @@ def diagnose(
         for k, name in enumerate(gone)
     )  # fmt: skip
     tick("standing")
+    besides = bool(final.names) and _besides(target.excused, steps[0], steps[-1])
     changes = Dependences(target, final, [c.effect for c in every])
     evidence = Evidence(
         held_out=gains,
@@ -155,6 +158,7 @@ def diagnose(
             if target.excused and (name in by_sensors or is_beyond_remainder(search, measured, name, judges))
         ],
         told=measured,
+        besides=besides,
         scales=implausible_scales({k: e.value for k, e in _estimates(measured, sure, "inputs").items()}, model.inputs),
     )
     named = with_standing(named, search, final, [*logs.values(), *(held_out or {}).values()], evidence, known)
@@ -170,7 +174,8 @@ def diagnose(
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
-    verdict = _verdict(search.misfit(final) or _strays(target, search.count, final), named, found, len(tried))
+    misfit = besides or search.misfit(final) or _strays(target, search.count, final)
+    verdict = _verdict(misfit, named, found, len(tried))
     return Diagnosis(
         verdict=verdict,
         effects=named,
@@ -220,6 +225,16 @@ def _strays(target: ExperimentSet, count: int, final: Trial) -> bool:
     """True if nothing is named, and yet a drive leaves clearly more than the known remainder of its twin, which
     otherwise would count as an error that lasts."""
     return target.excused and not final.names and final.chi2 > STRAYS * count
+
+
+def _besides(excused: bool, before: Step, after: Step) -> bool:
+    """True if data held out leave clearly more than the known remainder of a twin, of which the named effects, those of
+    the step `after` beyond the step `before`, explain hardly anything: what is new there is something else."""
+    if not excused or before.held_out_chi2_per_n is None or after.held_out_chi2_per_n is None:
+        return False
+    beyond = before.held_out_chi2_per_n - 1.0
+    taken = before.held_out_chi2_per_n - after.held_out_chi2_per_n
+    return after.held_out_chi2_per_n > STRAYS and taken < EXPLAINS * beyond
 
 
 def _verdict(misfit: bool, named: Sequence[NamedEffect], found: SearchResult, tried: int) -> Verdict:

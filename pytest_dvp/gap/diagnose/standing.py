@@ -30,6 +30,7 @@ DWARFS = 20.0  # times what is left over in the channels that it acts on: an eff
 ABOVE_REMAINDER = 0.2  # of chi^2/N that an effect must gain on data held out, where the twin has a known remainder:
 # fragments of that gained up to 0.13 on cars in MuJoCo, true effects 0.27 and more
 REMAINDER_ONLY = "on data held out it explains no more than the twin's known remainder may change by"
+BESIDES = "data held out leave far more than the twin's known remainder, and it explains hardly any of that"
 MUCH_LEFT = "much is left over in"  # how that doubt begins; the signals follow
 TRACE = 0.1  # of what another effect gains on data held out: what gains less beside it, may be what that one does
 # otherwise on this car than in the catalogue. Two that were not there gained 0.002 and 0.04 of it, on cars of strangers
@@ -41,7 +42,7 @@ class Evidence:
     """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
     the second engine, and how values change while driving; scales: what speaks against the fitted input scales;
     evident: effects that both data show beyond the known remainder (`beyond_remainder`); told: the set with the values
-    that are told, where those are not of the search."""
+    that are told, where those are not of the search; besides: data held out show that something else is new."""
 
     held_out: Mapping[str, float]
     opinions: Mapping[str, Opinion]
@@ -49,6 +50,7 @@ class Evidence:
     scales: Sequence[str] = ()
     evident: Collection[str] = ()
     told: Trial | None = None
+    besides: bool = False
 
 
 def with_standing(
@@ -93,6 +95,7 @@ def with_standing(
             *(_trace(e.name, evidence.held_out) if search.target.excused else []),
             *left.doubts(e.name),
             *evidence.scales,
+            *([BESIDES] if evidence.besides else []),
             *([f"its {changes.key} changes with {changes.quantity.replace('_', ' ')}"] if changes else []),
         ]
         standing: Standing = "provisional" if doubts else "confirmed"

@@ -242,6 +242,9 @@ def test_what_speaks_against_a_value_is_said_where_it_is_told(excused: bool, mon
     _, gain = with_standing(named, search, final, [], Evidence({}, {}, {}, evident=("drive_gain",)), known)
     assert gain.doubts == (unsure,)
     assert asked[-1][1] is final
+    besides = Evidence({}, {}, {}, evident=("drive_gain",), besides=True)
+    _, gain = with_standing(named, search, final, [], besides, known)
+    assert gain.doubts[-1].startswith("data held out leave far more")
 
 
 def test_the_shape_of_a_remainder_holds_all_that_the_drives_say_of_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,8 +10,18 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import diagnose as diagnosing
-from pytest_dvp.gap.diagnose.diagnose import _estimates, _folded, _given, _ladder, _measured, _misfit, _strays, _verdict
-from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
+from pytest_dvp.gap.diagnose.diagnose import (
+    _besides,
+    _estimates,
+    _folded,
+    _given,
+    _ladder,
+    _measured,
+    _misfit,
+    _strays,
+    _verdict,
+)
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.held_out import Fold, step
 from pytest_dvp.gap.diagnose.imitation import imitation
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map
@@ -58,6 +68,23 @@ def test_a_drive_far_beyond_the_known_remainder_is_not_called_as_it_was(
 ) -> None:
     target: Any = SimpleNamespace(excused=excused)
     assert _strays(target, 100, SimpleNamespace(names=names, chi2=left)) is strays  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("excused", "before", "after", "besides"),
+    [
+        (True, 1.83, 1.79, True),  # takes 5 % of what is beyond the remainder
+        (True, 9.0, 1.6, False),  # what is left is little beside what it explains
+        (True, 1.5, 1.4, False),  # within what twins leave of drives with nothing new
+        (False, 9.0, 8.0, False),  # a twin without a remainder: the misfit tells
+        (True, None, None, False),
+    ],
+)
+def test_a_name_that_leaves_what_is_new_on_data_held_out_is_not_the_answer(
+    excused: bool, before: float | None, after: float | None, besides: bool
+) -> None:
+    steps = [Step("", 1.0, {}, {}, one) for one in (before, after)]
+    assert _besides(excused, *steps) is besides
 
 
 @pytest.mark.parametrize(
