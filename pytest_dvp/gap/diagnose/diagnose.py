@@ -174,7 +174,7 @@ def diagnose(
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
-    misfit = besides or search.misfit(final) or _strays(target, search.count, final)
+    misfit = besides or search.misfit(final) or _strays(target, search.count, final, steps[-1].held_out_chi2_per_n)
     verdict = _verdict(misfit, named, found, len(tried))
     return Diagnosis(
         verdict=verdict,
@@ -221,10 +221,10 @@ def _measured(search: Search, final: Trial, model: VehicleModel) -> tuple[Trial,
     return final, widen_imitated(final.fit, sure, model.remainder_shape.imitates) if target.lasts else sure
 
 
-def _strays(target: ExperimentSet, count: int, final: Trial) -> bool:
+def _strays(target: ExperimentSet, count: int, final: Trial, held_out: float | None) -> bool:
     """True if nothing is named, and yet a drive leaves clearly more than the known remainder of its twin, which
-    otherwise would count as an error that lasts."""
-    return target.excused and not final.names and final.chi2 > STRAYS * count
+    otherwise would count as an error that lasts. held_out: chi^2/N that data held out leave, None without any."""
+    return target.excused and not final.names and max(final.chi2 / count, held_out or 0.0) > STRAYS
 
 
 def _besides(excused: bool, before: Step, after: Step) -> bool:

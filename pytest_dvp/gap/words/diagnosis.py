@@ -56,6 +56,10 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
         many = len(found.not_excited)
         return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
     left = f"chi²/N {figure(last)}{_worst(found)}"
+    before, after = first, last
+    if found.remainder and last <= 1.0 and (apart := found.ladder[-1].held_out_chi2_per_n) is not None and apart > 1.0:
+        left = f"chi²/N {figure(last)}, on data held out {figure(apart)}"  # only these show what is left
+        before, after = found.ladder[0].held_out_chi2_per_n or apart, apart
     if found.verdict == "UNKNOWN":
         everywhere = " on all drives" if found.vetoed else ""
         return f"{model} misses something that no effect of the catalogue explains{everywhere} ({left})"
@@ -63,7 +67,7 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "PARTIAL" and len(found.ladder) == 1:
         return f"{lacks}; what is left no effect of the catalogue explains ({left})"
     if found.verdict == "PARTIAL":
-        (share,) = percents([1.0 - (last - 1.0) / max(first - 1.0, 1e-9)])
+        (share,) = percents([max(1.0 - (after - 1.0) / max(before - 1.0, 1e-9), 0.0)])
         share = "more than 99 %" if share == "100 %" else share  # a rest is told in the same sentence
         return f"{lacks}; that explains {share} of the error, and no effect of the catalogue explains the rest ({left})"
     only = little if found.remainder else f"only {little}"

@@ -139,6 +139,18 @@ def test_what_is_left_of_a_part_is_said() -> None:
     assert "chi²/N 33.3, worst v 50.0" in headline(found)
 
 
+def test_what_only_data_held_out_show_is_told_by_their_figure() -> None:
+    """Fitted data leave less than the known remainder: of a share of them nothing can be said."""
+    given, after = (dataclasses.replace(s, chi2_per_n=c, held_out_chi2_per_n=h)
+                    for s, c, h in ((GIVEN, 0.7, 1.8), (BETTER, 0.68, 1.76)))  # fmt: skip
+    twin = dataclasses.replace(NAMED, remainder={"x": {"launch": 0.1}})
+    part = headline(dataclasses.replace(twin, verdict="PARTIAL", ladder=(given, after)))
+    assert "explains 5 % of the error" in part
+    assert "(chi²/N 0.68, on data held out 1.76)" in part
+    unknown = headline(dataclasses.replace(twin, effects=(), verdict="UNKNOWN", ladder=(given,)))
+    assert unknown.endswith("(chi²/N 0.70, on data held out 1.80)")
+
+
 def test_changes_and_removals_are_told_apart() -> None:
     change, removal = (
         dataclasses.replace(DELAY, name=n, action=a) for n, a in (("mass", "change"), ("roll", "remove"))

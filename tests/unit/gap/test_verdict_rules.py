@@ -60,14 +60,21 @@ def test_a_verdict_says_what_is_left_what_is_named_and_what_was_not_excited(
 
 
 @pytest.mark.parametrize(
-    ("excused", "names", "left", "strays"),
-    [(True, (), 151.0, True), (True, (), 149.0, False), (True, ("a",), 900.0, False), (False, (), 900.0, False)],
+    ("excused", "names", "left", "held_out", "strays"),
+    [
+        (True, (), 151.0, None, True),
+        (True, (), 149.0, None, False),
+        (True, (), 67.0, 1.82, True),  # only the drive held out has it
+        (True, (), 67.0, 1.48, False),
+        (True, ("a",), 900.0, 9.0, False),
+        (False, (), 900.0, 9.0, False),
+    ],
 )
 def test_a_drive_far_beyond_the_known_remainder_is_not_called_as_it_was(
-    excused: bool, names: tuple[str, ...], left: float, strays: bool
+    excused: bool, names: tuple[str, ...], left: float, held_out: float | None, strays: bool
 ) -> None:
     target: Any = SimpleNamespace(excused=excused)
-    assert _strays(target, 100, SimpleNamespace(names=names, chi2=left)) is strays  # type: ignore[arg-type]
+    assert _strays(target, 100, SimpleNamespace(names=names, chi2=left), held_out) is strays  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
