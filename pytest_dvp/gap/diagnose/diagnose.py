@@ -113,7 +113,9 @@ def diagnose(
     if held_out and target.excused and not final.names and not search.misfit(final) and _misfit(judges):
         tick("only the held-out data show an error: all logs together")
         whole = diagnose(_together(logs, held_out), model, effects=effects, twins=twins, tick=tick)
-        return dataclasses.replace(whole, chosen_by_held_out=True)
+        apart = step(search, final, judges, added="").held_out_chi2_per_n
+        astray = whole.verdict == "NOTHING_MISSING" and _strays(target, search.count, final, apart)
+        return dataclasses.replace(whole, verdict="UNKNOWN" if astray else whole.verdict, chosen_by_held_out=True)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
         rivals = {} if by_sensors else rivals_of(search, judges, found)  # those were asked beside dead reckoning
@@ -174,7 +176,8 @@ def diagnose(
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
-    misfit = besides or search.misfit(final) or _strays(target, search.count, final, steps[-1].held_out_chi2_per_n)
+    apart = steps[-1].held_out_chi2_per_n if held_out else None
+    misfit = besides or search.misfit(final) or _strays(target, search.count, final, apart)
     verdict = _verdict(misfit, named, found, len(tried))
     return Diagnosis(
         verdict=verdict,

@@ -20,8 +20,8 @@ from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
 from pytest_dvp.gap.perception.box_fit import Boxes
 from pytest_dvp.gap.perception.detection_pairs import CLEAR, Frames, Pairs, frames, paired
 from pytest_dvp.gap.perception.fresh_detections import measured_only
-from pytest_dvp.gap.perception.noise_levels import noise_differs
-from pytest_dvp.gap.perception.on_top import on_top
+from pytest_dvp.gap.perception.noise_levels import LIKELY, UNSETTLED, noise_differs
+from pytest_dvp.gap.perception.on_top import DAMPENED, on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived
 from pytest_dvp.gap.perception.position_fit import BLOCK, Positions
 from pytest_dvp.logs.log import Log
@@ -45,8 +45,12 @@ _BEYOND = 0.05  # share of frames beyond a border in which an object is seen all
 _RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
 _ONE = 2.0  # m, how well one object shows a range: a car that comes at 10 m/s is believed some 0.2 s sooner or later
 _BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
-_LEAVES_NO = {"noise": ("misses", "false"), "false": ("noise",)}  # with a twin beside, all other effects leave these
+_LEAVES_NO = {
+    "noise": ("misses", "false"),
+    "false": ("noise", "misses", "range", "occlusion"),
+}  # with a twin beside, all other effects leave these
 # two behind, so they wait for them; noise makes a tracker lose what it follows, so misses wait for that
+_SIGMAS = 1.96  # standard deviations in half a 95 % interval
 _UNSURE = 0.1  # how well a border of occlusion is known at best: boxes do not fill what they stand for
 _LEAST_HIDDEN = 20  # rows of objects that are partly behind others, from which on these show where it ends
 _ORDER = ("latency", "offset", "range", "misses", "false", "noise", "size", "yaw", "occlusion")
@@ -60,9 +64,9 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     (`pytest_dvp.gap.perception.on_top`). An effect is named if its value differs by at least Key.least and outside the
     95 % interval (that of the difference with a `twin`): clustered by object and block of 5 s; range by profile
     likelihood and by objects left out; false objects by the exact Poisson interval; size and yaw by object; noise, with
-    a `twin`, by its level nearby, and also where a noise that the model has is not settled yet
-    (`pytest_dvp.gap.perception.noise_levels`). gain: share of the log-likelihood of all effects named. With a `twin`,
-    what others that are named leave behind is provisional: noise and false objects, and misses beside noise.
+    a `twin`, by its level nearby (`pytest_dvp.gap.perception.noise_levels`). With a `twin`, a value that the model has
+    and trackers dampen is named until it is settled; and what others that are named leave behind is provisional: noise
+    and false objects, and misses beside noise. gain: share of the log-likelihood of all effects named.
 
     () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
     them; also for a log without detections or objects, or with fewer than 50 pairs of them.
@@ -143,8 +147,13 @@ def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effe
         base = base_low = base_high = declared.neutral if given is None else given
     if isinf(value) or isinf(base):  # no border was found: it is beyond what was seen, which `low` tells
         return isinf(value) != isinf(base) and (low > base_high + declared.least or high + declared.least < base_low)
-    apart = hypot(value - low, base_high - base) if value > base else hypot(high - value, base - base_low)
-    return abs(value - base) >= max(declared.least, apart)
+    unsure = hypot(value - low, base_high - base) if value > base else hypot(high - value, base - base_low)
+    apart = abs(value - base)
+    present = twin is not None and model.value(effect.name, key) is not None
+    if present and (effect.name, key) in DAMPENED:  # an interval says nothing of how much a tracker dampens
+        moves = max(UNSETTLED * abs(value - declared.neutral), LIKELY / _SIGMAS * unsure)
+        return apart >= min(moves, max(declared.least, unsure))
+    return apart >= max(declared.least, unsure)
 
 
 def _moves(seen: Perceived, model: VehicleModel, effect: Effect) -> bool:

@@ -112,3 +112,5 @@ _RULES: dict[tuple[str, str], Callable[[float, float, float, Key], float]] = {
     ("detection_noise", "sigma0"): _variance,
     ("detection_noise", "slope"): _variance,
 }
+DAMPENED = frozenset(key for key, rule in _RULES.items() if rule in (_dampened, _variance))
+"""Values that a tracker dampens: what is found first is not only unsure, but wrong to one side."""

@@ -96,3 +96,34 @@ def test_misses_wait_for_noise_that_makes_a_tracker_lose_what_it_follows(monkeyp
     alike = named(monkeypatch, car, Perceived({**noise, **without}, worth, {}, bands(0.3, 0.3)))
     assert set(alike) == {"detection_misses"}
     assert alike["detection_misses"].standing == "confirmed"
+
+
+@pytest.mark.parametrize(
+    ("given", "shown", "changes"),
+    [
+        (True, (0.30, 0.15, 0.52), True),  # 8 of 16 counted: by chance in one of ten, and dampened before
+        (True, (0.56, 0.38, 0.80), False),  # 7 % off: settled
+        (False, (0.30, 0.15, 0.52), False),
+    ],
+)
+def test_what_a_tracker_dampens_is_moved_on_until_it_is_settled(
+    given: bool, shown: tuple[float, float, float], changes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    key, worth = ("detection_false", "rate"), {"detection_false": 5.0}
+    model = MODEL.with_effect("detection_false", {"rate": 0.6}) if given else MODEL
+    log, run = SimpleNamespace(meta={"stage": ""}), SimpleNamespace(meta={"stage": "dt"})
+    found = {id(log): (0.60, 0.39, 0.90), id(run): shown}
+    monkeypatch.setattr(module, "perceived_in", lambda one: Perceived({key: found[id(one)]}, worth, {}))
+    told = diagnose_perception(log, model, twin=run)  # type: ignore[arg-type]
+    assert [e.name for e in told] == (["detection_false"] if changes else [])
+
+
+def test_false_objects_wait_for_what_moves_boxes_and_not_for_borders(monkeypatch: pytest.MonkeyPatch) -> None:
+    worth = {"detection_false": 5.0, "detection_occlusion": 5.0, "detection_latency": 5.0}
+    false, share, late = (("detection_false", "rate"), ("detection_occlusion", "share"), ("detection_latency", "T"))
+    car = {false: (2.0, 1.5, 2.6), share: (0.4, 0.3, 0.5)}
+    twin = {false: (0.1, 0.0, 0.3), share: (0.9, 0.8, 1.0)}
+    assert named(monkeypatch, Perceived(car, worth, {}), Perceived(twin, worth, {}))["detection_false"].rivals == ()
+    car, twin = {**car, late: (0.4, 0.35, 0.45)}, {**twin, late: (0.1, 0.05, 0.15)}
+    found = named(monkeypatch, Perceived(car, worth, {}), Perceived(twin, worth, {}))
+    assert found["detection_false"].rivals == ("detection_latency",)
