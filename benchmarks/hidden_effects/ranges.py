@@ -29,6 +29,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "lift_off_braking": {"a": (0.2, 1.0)},
     "creep": {"a": (0.1, 1.0), "v0": (1.0, 6.0)},
     "gear_changes": {"T": (0.2, 1.2), "v1": (2.0, 8.0), "step": (1.3, 2.2), "demand": (0.0, 0.5)},
+    "torque_converter": {"ratio": (1.3, 2.6), "stall": (0.8, 4.0), "J": (0.03, 0.5)},
     "rolling_resistance": {"c": (0.05, 0.4)},
     "viscous_resistance": {"c": (0.005, 1.0)},
     "aero_drag": {"k": (0.0002, 0.02)},

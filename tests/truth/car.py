@@ -38,8 +38,8 @@ X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, r
 (A_LAG, A_BRAKE, A_JERK, D_LAG, D_RATE, D_STICK, D_PLAY, ROLL, SUM, HEAT, ENERGY, WAY, D_RES, W_RES, GAP) = range(8, 23)
 DISC, D_FREE, HOLDS, RESTED = range(23, 27)  # heat of the brake; wheel angle that can stick, whether it does
 A_LIFT = 27  # braking of a lifted pedal
-IN_GEAR = 28
-N_STATE = 29
+IN_GEAR, ENGINE = 28, 29
+N_STATE = 30
 FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of the fine record."""
 
@@ -73,7 +73,9 @@ LIFT_BLEND = P["lift_off_braking", "blend"]
 (RES_F, RES_D) = (P["steer_resonance", "frequency"], P["steer_resonance", "damping"])
 (SAG, SAG_E) = (P["battery_sag", "drop"], P["battery_sag", "energy"])
 (GAP_T, GAP_V, GAP_STEP) = (P["gear_changes", key] for key in ("T", "v1", "step"))
-(GAP_MORE, GAP_CUT) = (P["gear_changes", "demand"], P["gear_changes", "cut"])
+(GAP_MORE, GAP_CUT, GEAR_FALL) = (P["gear_changes", key] for key in ("demand", "cut", "fall"))
+(OIL, STALL, ENGINE_J) = (P["torque_converter", key] for key in ("ratio", "stall", "J"))
+(LOCK, ENGINE_IDLE) = (P["torque_converter", key] for key in ("lock", "idle"))
 (FADE_K, FADE_TAU, TORQUE) = (P["brake_fade", "k"], P["brake_fade", "tau"], P["drive_torque_limit", "limit"])
 (FASTEST, HOLD) = (P["speed_limit", "limit"], P["steer_sticking", "width"])
 (ASSIST, ASSIST_V) = (P["steer_assist", "g"], P["steer_assist", "v0"])
@@ -114,6 +116,33 @@ def shift_speed(p: FloatArray, gear: float) -> float:
         step /= 1.1
         gear -= 1.0
     return v
+
+
+@compiled
+def converter(s: FloatArray, p: FloatArray, a: float) -> float:
+    """Acceleration behind a torque converter whose engine gives `a`, or idles beside brakes that give it [m/s^2]."""
+    v, slowest = s[V], max(s[V], p[ENGINE_IDLE])
+    if v >= p[LOCK]:
+        s[ENGINE] = v
+        return a
+    engine, begin = max(a, 0.0), max(s[ENGINE], slowest)
+    if p[ENGINE_J] > 0.0:  # implicit midpoint, by bisection: the load grows with the speed of the engine
+        low, high = 0.0, begin + H * engine / p[ENGINE_J] + 1.0
+        for _ in range(50):
+            end = 0.5 * (low + high)
+            load = ((0.5 * (begin + end)) ** 2 - v * v) / p[STALL] ** 2
+            if p[ENGINE_J] * (end - begin) > H * (engine - load):
+                high = end
+            else:
+                low = end
+        s[ENGINE] = max(0.5 * (low + high), slowest)
+        begin = 0.5 * (begin + s[ENGINE])
+    else:
+        begin = s[ENGINE] = max(math.sqrt(v * v + p[STALL] ** 2 * engine), slowest)
+    if begin <= 0.0:
+        return a
+    slip = min(v / (0.85 * begin), 1.0)
+    return min(a, 0.0) + (begin**2 - v * v) / p[STALL] ** 2 * (p[OIL] + (1.0 - p[OIL]) * slip)
 
 
 @compiled
@@ -170,12 +199,15 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
             s[GAP] = t + p[GAP_T]
         if a > 0.0:
             a *= 1.0 - p[GAP_CUT] * min(max((s[GAP] - t) / H, 0.0), 1.0)
+            a *= (p[GAP_V] / shift_speed(p, s[IN_GEAR])) ** p[GEAR_FALL]
     a = min(max(a, s[A_JERK] - p[JERK] * H), s[A_JERK] + p[JERK] * H)
     s[A_JERK] = a
     a = max(a, -p[BRAKE_MAX])
     if a < 0.0:
         a /= 1.0 + p[FADE_K] * s[DISC]
     a = min(a, p[TORQUE])
+    if p[OIL] > 1.0 or p[ENGINE_J] > 0.0 or p[ENGINE_IDLE] > 0.0:
+        a = converter(s, p, a)
     if a > 0.0 and a * s[V] > p[POWER]:
         a = p[POWER] / s[V]
     if p[GAIN] > 0.0 and a > -0.3 and s[V] < p[GAIN_V]:

@@ -94,6 +94,14 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
         "step": (1.6, 1.7, "-"),
         "demand": (0.0, 0.2, "s^2/m"),
         "cut": (1.0, 1.0, "-"),
+        "fall": (0.0, 0.6, "-"),
+    },
+    "torque_converter": {
+        "ratio": (1.0, 1.9, "-"),
+        "stall": (1.5, 1.8, "m/s"),
+        "J": (0.0, 0.12, "-"),
+        "lock": (30.0, 12.0, "m/s"),
+        "idle": (0.0, 1.2, "m/s"),
     },
     "creep": {"a": (0.0, 0.8, "m/s^2"), "v0": (2.0, 3.0, "m/s"), "braking": (1.0, 1.0, "-")},
     # beside the drive, not in its place: a torque converter that multiplies

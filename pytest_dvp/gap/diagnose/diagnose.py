@@ -17,7 +17,6 @@ from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, 
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set, on_same_roads
 from pytest_dvp.gap.diagnose.fitted_twin import Drives, remeasured, with_values
-from pytest_dvp.gap.diagnose.gear_gaps import with_gear_gaps
 from pytest_dvp.gap.diagnose.held_out import (
     Fold,
     drives_apart,
@@ -38,6 +37,7 @@ from pytest_dvp.gap.diagnose.search import (
     SearchResult,
     Tick,
 )
+from pytest_dvp.gap.diagnose.seen_gearbox import with_seen_gearbox
 from pytest_dvp.gap.diagnose.sensors_alone import with_sensors_asked
 from pytest_dvp.gap.diagnose.standing import Evidence, older, with_standing
 from pytest_dvp.gap.diagnose.tied_effects import Tied, best_of_tied, gained_apart
@@ -80,7 +80,7 @@ def diagnose(
     tick("preparing")
     target = experiment_set(logs, model, extra=effects)
     nuisance, start = input_map(model)
-    every = with_gear_gaps(candidates(model, known.values(), ay="ay" in target.channels, refined=True), target)
+    every = with_seen_gearbox(candidates(model, known.values(), ay="ay" in target.channels, refined=True), target)
     present = {a.name for a in model.effects}
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]

@@ -32,9 +32,9 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.open_values import carries
-from pytest_dvp.gap.diagnose.simpler_effects import is_simpler, simplified
+from pytest_dvp.gap.diagnose.simpler_effects import is_simpler, plainer, simplified
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.diagnose.usual_car import LARGEST, USUAL, is_bare, usual_car
+from pytest_dvp.gap.diagnose.usual_car import LARGEST, USUAL, is_bare, usual_car, with_seen
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.gap.diagnose.whole_actuators import whole_actuators
 
@@ -159,7 +159,9 @@ class Search:
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
         """The set grown, keys that come late last; from a bare data sheet, what nearly every car has comes at once."""
         self._late = False
-        now = self.grown(now, turns, until=lambda one: is_bare(self, one))
+        if not now.names and any(one.seen for one in self.tried.values()):
+            self._scan(now, self.tried)  # the first one says what could not have shown
+        now = self.grown(with_seen(self, now), turns, until=lambda one: is_bare(self, one))
         if is_bare(self, now):
             self.bare = True
             now = usual_car(self)
@@ -225,15 +227,16 @@ class Search:
 
         kept: values of effects beside them that are not fitted. like: a trial of much the same, to begin with its
         derivatives. above: a chi^2 beyond which the fit may stay rough; enough: a round that gains less ends it. What
-        `start` says of the car itself ("parameters") is kept as it is, too.
+        `start` says of the car itself ("parameters") is kept as it is, too, and what logs show of keys that come late.
         """
         target = target or self.target
         every = [c for name in names for c in self.known[name].coordinates]
-        late = {c.name: c.key.neutral for c in every if c.key.late}
+        late = {c.name: self.known[c.effect].seen.get(c.name, c.key.neutral) for c in every if c.key.late}
         coordinates = [*self.nuisance, *(c for c in every if self._late or c.name not in late)]
         stop = Stop(enough=max(2e-4 * target.count, enough), above=above)
         car = {name: value for name, value in start.items() if name[0] == "parameters"}
-        fixed = self.fixed | car | dict(kept or {})
+        shown = {} if self._late else {c: start.get(c, v) for c, v in late.items() if c in self.known[c[0]].seen}
+        fixed = self.fixed | car | shown | dict(kept or {})
         found = fit(target, coordinates, late | dict(start), fixed=fixed, stop=stop, zoom=zoom,
                     known=like.fit if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
@@ -459,20 +462,6 @@ class Search:
         usual = self.bare and best.chi2 > FAR * self.count and {*best.names} - {*less.names} <= {*USUAL, *seen}
         return self.cost(less) > self.cost(best) if usual else self.is_worth_adding(less, best)
 
-    def _plainer(self, best: Trial, name: str) -> Trial:
-        """The set with the plainer form of an effect in its place, or without it where it has none: how far a body
-        sways may be known where the way in which it does so is not."""
-        rest = tuple(n for n in best.names if n != name)
-        plain = self.known[name].effect.diagnosed.details
-        options = [self.trial(rest, best.values, like=best)]
-        if plain in self.tried and plain not in rest:
-            look = FirstOrderGain(self.target, options[0])
-            _, point = min(look.remaining_chi2(self.tried[plain], self.tried[plain].points), key=lambda o: o[0],
-                           default=(inf, {}))  # fmt: skip
-            if point:
-                options.append(self.trial((*rest, plain), options[0].values | point, like=options[0]))
-        return min(options, key=self.cost)
-
     def credible_set(self, best: Trial) -> Trial:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
@@ -495,6 +484,6 @@ class Search:
             if not vague:
                 return best
             barred.append(vague[-1])
-            best = self._plainer(best, vague[-1])
+            best = plainer(self, best, vague[-1])
             if refill and self.misfit(best):
                 best = self.grown(best, [], barred)

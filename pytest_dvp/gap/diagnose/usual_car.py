@@ -39,6 +39,7 @@ USUAL: Mapping[str, Mapping[str, float]] = {
     "creep": {"a": 0.2},
     "power_limit": {"limit": 15.0},
     "drive_torque_limit": {"limit": 2.0},
+    "torque_converter": {"ratio": 1.5, "stall": 1.5, "J": 0.05},
 }
 """Effects that nearly every car shows in half a minute of traffic, with values from which a fit may begin; what is not
 told here begins at its neutral value. The limits begin low: one that no drive meets has nothing to be fitted to."""
@@ -52,6 +53,18 @@ _TIMES = 3  # that the set is fitted, each with the segments begun anew
 def is_bare(search: Fitting, now: Trial) -> bool:
     """True if a few effects left so much that the model is a bare data sheet."""
     return not search.target.excused and len(now.names) >= _FEW and now.chi2 > BARE * search.count
+
+
+def with_seen(search: Fitting, now: Trial) -> Trial:
+    """The set with what the logs show by themselves and it has not, fitted along, if that is worth it: what is named
+    before a gearbox is there takes its place."""
+    names = [name for name, one in search.tried.items() if one.seen and name not in now.names]
+    if not names:
+        return now
+    search.tick(f"what the log shows by itself: {', '.join(names)}")
+    begin = {key: value for name in names for key, value in search.tried[name].seen.items()}
+    more = search.trial([*now.names, *names], now.values | begin, like=now)
+    return more if search.is_worth_adding(now, more) else now
 
 
 def usual_car(search: Fitting) -> Trial:

@@ -369,7 +369,7 @@ class Diagnosing:
             return Step(added, trial.chi2 / 100.0, {}, {})
 
         for name, value in {
-            "experiment_set": experiments, "with_gear_gaps": lambda candidates, target: candidates,
+            "experiment_set": experiments, "with_seen_gearbox": lambda candidates, target: candidates,
             "searched": lambda space, model: (self.search, found, dict.fromkeys(removed, 1.0), ("other",)),
             "folds": lambda *asked: (),
             "judged": lambda search, found, judges, apart: (found, ("out",), {"mass": 0.7}, (), False),

@@ -18,7 +18,7 @@ from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
-from pytest_dvp.gap.diagnose.simpler_effects import simplified
+from pytest_dvp.gap.diagnose.simpler_effects import plainer, simplified
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import NOISE, ROWS, Given, World, a_search, direction, given, tried
 from vehicle.model.effect import Key
@@ -420,11 +420,11 @@ def test_a_plainer_form_may_take_its_place() -> None:
     assert plain
     leaves = {"": 1500.0, "body_roll": 1000.0, plain: 1200.0}
     search = given(leaves, "body_roll", plain)
-    assert search._plainer(search.trial(("body_roll",), {}), "body_roll").names == (plain,)
+    assert plainer(search, search.trial(("body_roll",), {}), "body_roll").names == (plain,)
     poor = given({**leaves, plain: 1600.0}, "body_roll", plain)
-    assert poor._plainer(poor.trial(("body_roll",), {}), "body_roll").names == ()
+    assert plainer(poor, poor.trial(("body_roll",), {}), "body_roll").names == ()
     alone = given({"": 1500.0, "body_roll": 1000.0}, "body_roll")
-    assert alone._plainer(alone.trial(("body_roll",), {}), "body_roll").names == ()
+    assert plainer(alone, alone.trial(("body_roll",), {}), "body_roll").names == ()
 
 
 def test_effects_are_added_one_by_one_and_what_came_second_is_remembered() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sqrt, tanh
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,8 +10,13 @@ import pytest
 
 from vehicle.model.effect_catalogue import find_effect
 
-SHIFTS = {"T": 0.4, "v1": 3.0, "step": 1.8, "demand": 0.1, "cut": 0.8}
+SHIFTS = {"T": 0.4, "v1": 3.0, "step": 1.8, "demand": 0.1, "cut": 0.8, "fall": 0.0}
+FALLS = {**SHIFTS, "T": 0.0, "fall": 0.5}
+OIL = {"ratio": 2.0, "stall": 1.5, "J": 0.0, "lock": 10.0, "idle": 0.0}
+HEAVY = {**OIL, "ratio": 1.0, "stall": 1.0, "J": 0.1}
 DRIVES = {"t": 7.0, "t_start": 0.0, "settle": 0.0, "dt": 0.1, "accel_lead": 0.0}
+ROLLS = {"dt": 0.1, "accel_lead": 0.0}
+STOOD = {"u": 0.0, "a": 0.0}
 IDLES = {"a": 0.6, "v0": 3.0, "braking": 0.5}
 
 Row = tuple[str, dict[str, Any], dict[str, Any], dict[str, Any], dict[str, Any], dict[str, Any]]
@@ -49,6 +55,46 @@ ROWS: tuple[Row, ...] = (
      {"accel": 0.5}, {"gear": 3.0, "left": 0.0}),  # a log begins in its gear
     ("gear_changes", SHIFTS, {**DRIVES, "vx": 9.5, "accel": 0.5, "t": 0.0}, {"gear": 0.0, "left": 0.0},
      {"accel": 0.5}, {"gear": 3.0, "left": 0.0}),
+    # a force that falls with the root of the ratio: 1 in gear 0, 1/sqrt(1.8) in gear 1, 1/sqrt(1.8^2/1.1) in gear 2
+    ("gear_changes", FALLS, {**DRIVES, "vx": 1.0, "accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0, "left": 0.0},
+     {"accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0}),
+    ("gear_changes", FALLS, {**DRIVES, "vx": 4.0, "accel": 2.0, "accel_lead": 1.0}, {"gear": 1.0, "left": 0.0},
+     {"accel": 2.0 / sqrt(1.8), "accel_lead": 1.0 / sqrt(1.8)}, {"gear": 1.0}),
+    ("gear_changes", FALLS, {**DRIVES, "vx": 7.0, "accel": 1.0}, {"gear": 2.0, "left": 0.0},
+     {"accel": sqrt(1.1) / 1.8}, {"gear": 2.0}),
+    ("gear_changes", FALLS, {**DRIVES, "vx": 3.2, "accel": 2.0, "accel_lead": 1.0}, {"gear": 0.0, "left": 0.0},
+     {"accel": 1.0 + 1.0 / sqrt(1.8), "accel_lead": 2.0 - 1.0 / sqrt(1.8)}, {"gear": 1.0}),  # half a step in each
+    ("gear_changes", FALLS, {**DRIVES, "vx": 4.0, "accel": -2.0}, {"gear": 1.0, "left": 0.0}, {"accel": -2.0}, {}),
+    # a converter that doubles the torque of a standing car; at 3 m/s the engine turns as if at sqrt(3^2 + 1.5^2 2)
+    ("torque_converter", OIL, {**ROLLS, "vx": 0.0, "accel": 2.0}, STOOD, {"accel": 4.0, "accel_lead": 0.0},
+     {"u": 1.5 * sqrt(2.0), "a": 4.0}),
+    ("torque_converter", OIL, {**ROLLS, "vx": 3.0, "accel": 2.0}, STOOD,
+     {"accel": 2.0 * (2.0 - 3.0 / (0.85 * sqrt(13.5))), "accel_lead": 0.0}, {"u": sqrt(13.5)}),
+    ("torque_converter", OIL, {**ROLLS, "vx": 8.0, "accel": 1.0}, STOOD, {"accel": 1.0, "accel_lead": 0.0}, {}),
+    ("torque_converter", OIL, {**ROLLS, "vx": 0.0, "accel": 2.0, "accel_lead": -1.0}, STOOD,
+     {"accel": 4.0, "accel_lead": -2.0}, {}),
+    ("torque_converter", OIL, {**ROLLS, "vx": 10.0, "accel": 2.0, "accel_lead": 0.5}, STOOD,
+     {"accel": 2.0, "accel_lead": 0.5}, {"u": 10.0, "a": 2.0}),  # bridged
+    ("torque_converter", OIL, {**ROLLS, "vx": 9.95, "accel": 2.0}, {"u": 9.95, "a": 2.0}, {"accel": 2.0},
+     {"u": 10.05}),  # from the middle of the step on
+    ("torque_converter", OIL, {**ROLLS, "vx": 2.0, "accel": -3.0, "accel_lead": 0.5}, STOOD,
+     {"accel": -3.0, "accel_lead": 0.5}, {"u": 2.0}),
+    # an engine that idles as if at 0.75 m/s pushes with 2 (0.75/1.5)^2 against the brakes, and with less at 0.3 m/s
+    ("torque_converter", {**OIL, "idle": 0.75}, {**ROLLS, "vx": 0.0, "accel": -1.0}, STOOD,
+     {"accel": -0.5, "accel_lead": 0.0}, {"u": 0.75}),
+    ("torque_converter", {**OIL, "idle": 0.75}, {**ROLLS, "vx": 0.3, "accel": 0.0}, STOOD,
+     {"accel": (0.75**2 - 0.3**2) / 1.5**2 * (2.0 - 0.3 / (0.85 * 0.75))}, {}),
+    ("torque_converter", {**HEAVY, "idle": 0.5}, {**ROLLS, "vx": 0.0, "accel": -1.0}, {"u": 0.5, "a": 0.0},
+     {"accel": -0.75, "accel_lead": 0.0}, {"u": 0.5}),
+    # an engine of inertia: 0.1 u' = 1 - u^2 is u = tanh(10 t), and 0.1 u' = -u^2 is u = 1/(1 + 10 t)
+    ("torque_converter", HEAVY, {**ROLLS, "vx": 0.0, "accel": 1.0}, STOOD,
+     {"accel": 1.0 - tanh(1.0), "accel_lead": tanh(1.0) - 1.0}, {"u": tanh(1.0)}),
+    ("torque_converter", HEAVY, {**ROLLS, "vx": 0.0, "accel": 0.0}, {"u": 1.0, "a": 0.0},
+     {"accel": 0.5, "accel_lead": 0.5}, {"u": 0.5}),
+    ("torque_converter", HEAVY, {**ROLLS, "vx": 5.0, "accel": 0.0}, {"u": 1.0, "a": 0.0},
+     {"accel": 0.0, "accel_lead": 0.0}, {"u": 5.0}),  # the wheels turn it along
+    ("torque_converter", HEAVY, {**ROLLS, "vx": -1.0, "accel": 0.0}, {"u": 0.0, "a": 0.0},
+     {"accel": 0.0, "accel_lead": 0.0}, {"u": 0.0}),
 )  # fmt: skip
 
 
