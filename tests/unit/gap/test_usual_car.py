@@ -75,6 +75,7 @@ def test_a_bare_model_begins_anew_and_may_have_more_effects(left: float, monkeyp
     search = object.__new__(Search)
     search.bare, search.apart, search._late, search.count = False, False, True, 10
     search.target = SimpleNamespace(excused=False, settle=lambda values: None)  # type: ignore[assignment]
+    search.tried = {}
     few = SimpleNamespace(names=("a", "b", "c", "d"), values={}, chi2=10.0 * left)
     usual = SimpleNamespace(names=("u",), values={}, chi2=10.0)
     grown: list[Any] = []
@@ -98,6 +99,7 @@ def test_where_drives_are_held_out_nothing_is_added_by_the_fitted_one_alone(monk
     search = object.__new__(Search)
     search.bare, search.apart, search._late, search.count = False, True, True, 10
     search.target = SimpleNamespace(excused=False, settle=lambda values: None)  # type: ignore[assignment]
+    search.tried = {}
     few = SimpleNamespace(names=("a", "b", "c", "d"), values={}, chi2=900.0)
     usual = SimpleNamespace(names=("u",), values={}, chi2=90.0)
     grown: list[Any] = []

@@ -21,7 +21,7 @@ def test_a_fit_begins_where_a_car_may_be_and_a_scale_or_an_offset_begins_at_none
     for key, value in USUAL[name].items():
         declared = find_effect(name).key(key)
         assert max(declared.minimum, 0.0) <= value <= declared.high
-        if declared.neutral == 1.0 or key == "offset":  # it may be too much or too little
+        if declared.low < declared.neutral == 1.0 or key == "offset":  # it may be too much or too little
             assert value == declared.neutral
 
 

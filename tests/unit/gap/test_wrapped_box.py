@@ -141,6 +141,7 @@ def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     }
     # a speed heats a brake, changes a gear or the ratio of a steering, ends a push, or says that the car stands
     seeing |= {"brake_fade", "gear_changes", "steer_assist", "steer_sticking", "speed_limit", "creep"}
+    seeing |= {"torque_converter"}  # whose turbine turns with the wheels
     seeing |= {
         "wheel_slip",
         "front_wheel_speed",

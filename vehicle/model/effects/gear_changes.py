@@ -35,7 +35,7 @@ ROUNDING = 1e-9  # s of a change that its steps may leave by rounding
             meaning="how much later with demand"),
         Key("cut", "-", 0.3, 1.0, neutral=1.0, least=0.1, minimum=0.0, maximum=1.0, late=True,
             meaning="share of the drive that is lost"),
-        Key("fall", "-", 0.2, 1.0, neutral=0.0, least=0.1, minimum=0.0, maximum=1.5, late=True,
+        Key("fall", "-", 0.0, 1.0, neutral=0.0, least=0.1, minimum=0.0, maximum=1.5, late=True,
             meaning="power of the ratio with which the force falls; 0 where all gears pull alike"),
     ),
     memory=(Memory("gear"), Memory("left")),
