@@ -1,7 +1,8 @@
 """What the LiDAR and the camera of a twin take for what is around: the perception effects of its model at work.
 
 They act on the boxes before both look at them, so that both show the same, whatever stack then makes detections of it.
-A neutral or missing effect leaves the boxes as they are, the same object.
+A neutral or missing effect leaves the boxes as they are, the same object. What a model hides from the camera alone is
+told by name.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from vehicle.messages import FloatArray, Surroundings
 from vehicle.model.effects.detection_false import REACH, SIZE, STAYS
+from vehicle.model.occlusion import hidden_share
 from vehicle.model.perception_effects import LOOKS_BACK, TRACK_COLUMNS, Tracks, perceive, perception_in
 
 if TYPE_CHECKING:
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 MEMORY = 5.0  # s of looks that are kept: the greatest age that detection_latency allows
 FALSE = "detection_false"
+OCCLUSION = "detection_occlusion"
 
 
 class Perceived:
@@ -51,8 +54,15 @@ class Perceived:
         now = self._look(t, x, y, yaw, around)
         if self._backward:
             now = self._remembered(t, now)
+        unseen: frozenset[str] = frozenset()  # by the camera
         for applied, rng in self._frame:
+            if applied.name == OCCLUSION and applied.values["lidar"] < 0.5:
+                behind = now.object[hidden_share(now) > applied.values["share"]]
+                unseen = frozenset(self._shown[number][0] for number in behind.tolist() if number in self._shown)
             now = perceive(applied, now, rng)
+        hidden = around.hidden
+        if unseen:
+            hidden = {**hidden, "camera": hidden.get("camera", frozenset()) | unseen}
         boxes, kinds, names = self._boxes(now, z)
         for k, box in enumerate(self._ghosts.at(t, x, y, z)):
             boxes.append(box)
@@ -63,7 +73,7 @@ class Perceived:
             np.array(kinds, dtype=np.int64),
             tuple(names),
             around.signals,
-            around.hidden,
+            hidden,
             around.extinction,
             around.light,
         )

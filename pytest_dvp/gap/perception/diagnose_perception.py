@@ -20,6 +20,8 @@ from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
 from pytest_dvp.gap.perception.box_fit import Boxes
 from pytest_dvp.gap.perception.detection_pairs import CLEAR, Frames, Pairs, frames, paired
 from pytest_dvp.gap.perception.fresh_detections import measured_only
+from pytest_dvp.gap.perception.lidar_behind import NAME as OCCLUSION
+from pytest_dvp.gap.perception.lidar_behind import with_lidar
 from pytest_dvp.gap.perception.noise_levels import LIKELY, UNSETTLED, noise_differs
 from pytest_dvp.gap.perception.on_top import DAMPENED, on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived
@@ -97,6 +99,8 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     seen = found if other is None else on_top(found, other, model)
     if other is not None:
         named = [name for name in named if _moves(seen, model, catalogue()[name])]
+        if with_lidar(seen, found, other, model, named) and OCCLUSION not in named:
+            named.append(OCCLUSION)
         late = {name: causes for name in named if (causes := _left_by(name, named))}
         seen = dataclasses.replace(seen, rivals={**seen.rivals, **late})
     total = max(sum(found.worth[name] for name in named), 1e-9)
@@ -282,7 +286,7 @@ class _Seen:
         values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
         expected = max(values["detection_false", "rate"][0], 1e-9)
         worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
-        return Perceived(values, worth, rivals, z.levels())
+        return Perceived(values, worth, rivals, z.levels(), z.error(q))
 
     def _add_boxes(self, values: dict[tuple[str, str], tuple[float, float, float]], worth: dict[str, float]) -> None:
         """Size and yaw, if the boxes tell them."""

@@ -13,9 +13,10 @@ class Perceived:
     """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
     these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect.
     levels (bands, 2): noise [m] of positions nearby by bands of distance, and its standard deviation; None where a band
-    holds no object."""
+    holds no object. error: mean distance of detections from their objects [m]."""
 
-    values: Mapping[tuple[str, str], tuple[float, float, float]]
+    values: dict[tuple[str, str], tuple[float, float, float]]
     worth: Mapping[str, float]
     rivals: Mapping[str, tuple[str, ...]]
     levels: FloatArray | None = None
+    error: float = 0.0

@@ -109,6 +109,25 @@ def test_a_car_behind_another_is_seen_while_little_of_it_is_hidden() -> None:
         assert len(names) == count
 
 
+def test_what_the_camera_alone_loses_stays_there_for_the_lidar() -> None:
+    both, camera = (
+        looks([applied("detection_occlusion", share=0.5, lidar=lidar)], 0.1, (10.0, 0.0, 0.0), (30.0, 0.0, 0.0))[-1]
+        for lidar in (1.0, 0.0)
+    )
+    assert [both.seen_by(sensor).names for sensor in ("lidar", "camera")] == [("car 0",)] * 2
+    assert [camera.seen_by(sensor).names for sensor in ("lidar", "camera")] == [("car 0", "car 1"), ("car 0",)]
+    clear = looks([applied("detection_occlusion", share=0.5, lidar=0.0)], 0.1, (10.0, 0.0, 0.0), (30.0, 10.0, 0.0))[-1]
+    assert clear.hidden == {}
+
+
+def test_what_a_scenario_hides_stays_hidden_beside_what_the_camera_loses() -> None:
+    one = scene((10.0, 0.0, 0.0), (30.0, 0.0, 0.0), (20.0, 15.0, 0.0))
+    hidden = {"camera": frozenset({"car 2"}), "lidar": frozenset({"car 0"})}
+    around = Surroundings(one.boxes, one.kinds, one.names, hidden=hidden)
+    shown = Perceived([applied("detection_occlusion", share=0.5, lidar=0.0)]).seen(0.0, *CAR, around)
+    assert shown.hidden == {"camera": frozenset({"car 1", "car 2"}), "lidar": frozenset({"car 0"})}
+
+
 def test_false_objects_come_at_their_rate_and_stay_a_second() -> None:
     shown = looks([applied("detection_false", rate=0.5)], 400.0)
     boxes = sum(len(s.names) for s in shown)

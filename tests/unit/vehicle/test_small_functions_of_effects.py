@@ -184,7 +184,8 @@ def test_sizes_and_headings_are_seen_wrong() -> None:
 @pytest.mark.parametrize(("share", "left"), [(1.0, [0, 1]), (0.99, [0])])
 def test_objects_that_are_hidden_are_not_seen(share: float, left: list[int]) -> None:
     tracks = objects({"x": 13.0, "y": 4.0}, {"x": 23.0, "y": 4.0})
-    assert seen("detection_occlusion", tracks, share=share).object.tolist() == left
+    assert seen("detection_occlusion", tracks, share=share, lidar=1.0).object.tolist() == left
+    assert seen("detection_occlusion", tracks, share=share, lidar=0.0) is tracks
 
 
 @pytest.mark.parametrize(
