@@ -17,11 +17,11 @@ from scipy.stats import t as student
 
 from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
+from pytest_dvp.gap.perception import behind_others
+from pytest_dvp.gap.perception.behind_others import Behind, needed_behind
 from pytest_dvp.gap.perception.box_fit import Boxes
 from pytest_dvp.gap.perception.detection_pairs import CLEAR, Frames, Pairs, frames, paired
 from pytest_dvp.gap.perception.fresh_detections import measured_only
-from pytest_dvp.gap.perception.lidar_behind import NAME as OCCLUSION
-from pytest_dvp.gap.perception.lidar_behind import with_lidar
 from pytest_dvp.gap.perception.noise_levels import LIKELY, UNSETTLED, noise_differs
 from pytest_dvp.gap.perception.on_top import DAMPENED, on_top
 from pytest_dvp.gap.perception.perceived_values import Perceived
@@ -90,7 +90,9 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
         keys = [k for k in effect.parameters if (name, k.name) in found.values]
         if not keys:
             continue
-        if part == "noise" and found.levels is not None and other is not None and other.levels is not None:
+        if part == "occlusion" and other is not None:
+            differs = _puts_behind(found, other, model)
+        elif part == "noise" and found.levels is not None and other is not None and other.levels is not None:
             differs = noise_differs(found.levels, other.levels, any(a.name == name for a in model.effects))
         else:
             differs = any(_differs(found, other, model, effect, k.name) for k in keys)
@@ -99,8 +101,6 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     seen = found if other is None else on_top(found, other, model)
     if other is not None:
         named = [name for name in named if _moves(seen, model, catalogue()[name])]
-        if with_lidar(seen, found, other, model, named) and OCCLUSION not in named:
-            named.append(OCCLUSION)
         late = {name: causes for name in named if (causes := _left_by(name, named))}
         seen = dataclasses.replace(seen, rivals={**seen.rivals, **late})
     total = max(sum(found.worth[name] for name in named), 1e-9)
@@ -158,6 +158,19 @@ def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effe
         moves = max(UNSETTLED * abs(value - declared.neutral), LIKELY / _SIGMAS * unsure)
         return apart >= min(moves, max(declared.least, unsure))
     return apart >= max(declared.least, unsure)
+
+
+def _puts_behind(found: Perceived, twin: Perceived, model: VehicleModel) -> bool:
+    """Puts what a model needs of `detection_occlusion` into what a car's log shows; True if it lacks that."""
+    if found.behind is None or twin.behind is None:
+        return False
+    lost, lacks = needed_behind(found.behind, twin.behind, model.effects)
+    found.values.pop(behind_others.SHARE, None)
+    twin.values.pop(behind_others.SHARE, None)
+    if lost is not None:
+        found.values[behind_others.SHARE], found.values[behind_others.LIDAR] = lost.share, lost.lidar
+        found.worth[behind_others.NAME] = lost.gain
+    return lacks
 
 
 def _moves(seen: Perceived, model: VehicleModel, effect: Effect) -> bool:
@@ -286,7 +299,7 @@ class _Seen:
         values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
         expected = max(values["detection_false", "rate"][0], 1e-9)
         worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
-        return Perceived(values, worth, rivals, z.levels(), z.error(q))
+        return Perceived(values, worth, rivals, z.levels(), self._behind())
 
     def _add_boxes(self, values: dict[tuple[str, str], tuple[float, float, float]], worth: dict[str, float]) -> None:
         """Size and yaw, if the boxes tell them."""
@@ -318,6 +331,15 @@ class _Seen:
         value = 0.5 * float(share[best] + (share[best - 1] if best else 0.0))
         high = float(share[min(int(likely[-1]), len(share) - 1)])
         return value, max(min(low, value - _UNSURE), 0.0), max(high, value + _UNSURE), gained
+
+    def _behind(self) -> Behind:
+        """Rows of what is partly behind others, near."""
+        rows = self.partly & (self.p.distance < behind_others.NEAR)
+        frame, thing = np.nonzero(rows)
+        block = (self.f.t[frame] // behind_others.BLOCK).astype(np.int64) * 1000 + thing
+        clear = self.p.in_field_of_view() & (self.p.hidden <= CLEAR) & (self.p.distance < behind_others.NEAR)
+        seen = float(self.p.seen[clear].mean()) if clear.any() else 1.0
+        return Behind(self.p.hidden[rows], self.p.seen[rows], block, seen)
 
     def _position_rivals(self) -> dict[str, tuple[str, ...]]:
         """Latency and offset are told apart only by objects that move in different ways."""

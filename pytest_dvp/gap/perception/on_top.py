@@ -103,7 +103,6 @@ def _variance(value: float, shown: float, base: float, declared: Key) -> float:
 
 _RULES: dict[tuple[str, str], Callable[[float, float, float, Key], float]] = {
     ("detection_range", "R"): _border,
-    ("detection_occlusion", "share"): _border,
     ("detection_misses", "rate"): _share_missed,
     ("detection_false", "rate"): _dampened,
     ("detection_yaw", "b"): _dampened,

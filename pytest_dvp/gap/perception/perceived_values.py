@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+from pytest_dvp.gap.perception.behind_others import Behind
 from pytest_dvp.logs.log_contents import FloatArray
 
 
@@ -13,10 +14,10 @@ class Perceived:
     """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
     these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect.
     levels (bands, 2): noise [m] of positions nearby by bands of distance, and its standard deviation; None where a band
-    holds no object. error: mean distance of detections from their objects [m]."""
+    holds no object. behind: what was partly behind others."""
 
     values: dict[tuple[str, str], tuple[float, float, float]]
-    worth: Mapping[str, float]
+    worth: dict[str, float]
     rivals: Mapping[str, tuple[str, ...]]
     levels: FloatArray | None = None
-    error: float = 0.0
+    behind: Behind | None = None

@@ -89,11 +89,6 @@ class Positions:
             found.append([level, float(_clustered(np.eye(1), scores, *groups)[0])])
         return np.array(found)
 
-    def error(self, place: FloatArray) -> float:
-        """Mean distance [m] of boxes from their objects, latency [s] and offset [m] `place` (3,) included."""
-        off = (self.rest + self.x @ place).reshape(2, -1)
-        return float(np.hypot(*off).mean())
-
     def noise_worth(self) -> float:
         """Log-likelihood that the noise brings over a detector at its finest."""
         fine = 0.5 * np.clip(self.rest / _FINEST, -_CLIP, _CLIP) ** 2 + log(_FINEST)

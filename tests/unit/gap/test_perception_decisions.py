@@ -204,7 +204,7 @@ def test_a_border_of_occlusion_is_twenty_times_as_likely_as_none(last: int) -> N
 def a_position(loss: dict[tuple[int, ...], float], blocks: int = 10, latency: float = 0.1) -> Any:
     return SimpleNamespace(spread=np.array([latency, 0.2, 0.3]), noise=np.array([0.1, 0.02]), noise_worth=lambda: 7.0,
                            noise_spread=np.array([0.01, 0.003]), loss=lambda place, without: loss[without],
-                           levels=lambda: None, error=lambda place: 0.1,
+                           levels=lambda: None,
                            blocks=np.repeat(np.arange(blocks), 2))  # fmt: skip
 
 
@@ -243,6 +243,9 @@ class Told(_Seen):
 
     def _misses(self, reach: float) -> Any:
         return self.rate, 0.02, 4.0
+
+    def _behind(self) -> Any:
+        return None
 
     def _occlusion(self, reach: float) -> Any:
         return (0.5, 0.4, 0.6, 8.0) if self.rate else (float("nan"), 0.0, 1.0, 0.0)
