@@ -153,6 +153,9 @@ class PutTogether(_Seen):
     def _misses(self, reach: float) -> Any:
         return 0.1, 0.2, 4.0
 
+    def _behind(self) -> Any:
+        return None
+
     def _occlusion(self, reach: float) -> Any:
         return float("nan"), 0.0, 1.0, 0.0
 
