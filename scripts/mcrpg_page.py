@@ -38,6 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=Path, default=RUNS)
     parser.add_argument("--no-write", action="store_true", help="print, and leave the page as it is")
     arguments = parser.parse_args(argv)
+    if unknown := sorted({*arguments.cars} - {*CARS}):
+        parser.error(f"CAR: found {', '.join(unknown)}; allowed: {', '.join(CARS)}")
     if arguments.part == "paper":
         for car in arguments.cars or CARS:
             iterated(car, arguments.runs, arguments.jobs)
