@@ -1,5 +1,5 @@
 """MATLAB .mat (v4 to v7) -> streams: vectors of one length belong together; a struct of vectors is a group, whose time
-may stand in a struct around it."""
+may stand in a struct around it, and one of a time and `Data` is a signal that has the name of the struct."""
 
 from __future__ import annotations
 
@@ -48,6 +48,9 @@ def read_mat(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: B
     return streams
 
 
+_DATA = ("data", "value", "values")  # of one signal beside its time
+_UNIT = ("unit", "units")
+
 FORMAT = LogFormat("mat", (".mat",), ((b"MATLAB ", "a .mat file"),), read_mat, common=(".mat",))
 
 
@@ -73,7 +76,7 @@ def _group(
         for part, inner in _structs(name, value):
             if _label(inner):  # is a signal of this struct
                 continue
-            _group(file, f"{topic}/{part}" if topic else part, inner, times, streams, findings)
+            _group(file, f"{topic}/{part}" if topic else part, _named(part, inner), times, streams, findings)
     for length, t in times.items():
         time = own[length][0] if length in own else ""
         if fields := {n: v for n, v in vectors.items() if n != time and len(v) == length}:
@@ -96,6 +99,19 @@ def _structs(name: str, value: Any) -> Iterator[tuple[str, dict[str, Any]]]:
     for k, one in enumerate(value.ravel() if several else [value], 1):
         if hasattr(one, "_fieldnames"):
             yield f"{name}({k})" if several else name, {str(n): getattr(one, n) for n in one._fieldnames}
+
+
+def _named(part: str, items: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a struct; of one that holds a time and the `Data` of one signal, with its unit if it tells it, as
+    `timeseries` do, the signal under the name of the struct."""
+    data = [name for name in items if name.lower() in _DATA]
+    if len(data) != 1 or not any(canonical(parse_header(name).name) == "t" for name in items):
+        return items
+    signal = part.rsplit("/", 1)[-1]
+    unit = next((items[name] for name in items if name.lower() in _UNIT and isinstance(items[name], str)), "").strip()
+    if unit and parse_header(signal).unit is None:
+        signal = f"{signal} [{unit}]"
+    return {signal if name == data[0] else name: value for name, value in items.items()}
 
 
 def _labelled(items: dict[str, Any]) -> dict[str, Any]:

@@ -56,6 +56,29 @@ def test_signals_of_a_structure_with_time_have_the_names_of_their_labels(tmp_pat
     assert log["yaw_rate"] == pytest.approx(R)
 
 
+def test_a_struct_of_time_and_data_is_a_signal_with_the_name_of_the_struct(tmp_path: Path) -> None:
+    """As a `timeseries` becomes that is made a struct: each signal has a time of its own, and may tell its unit."""
+    from scipy.io import savemat
+
+    signals = {
+        "v_kmh": {"Time": T.reshape(-1, 1), "Data": 3.6 * V.reshape(-1, 1)},
+        "yaw_rate": {"Time": T[::2], "Data": np.degrees(R[::2]), "Units": "deg/s"},
+        "ay": {"time": T, "values": V * R, "unit": "m/s^2", "name": "lateral"},
+    }
+    savemat(tmp_path / "a.mat", {"log": signals})
+    log = read_log(tmp_path / "a.mat")
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw_rate"][np.isfinite(log["yaw_rate"])] == pytest.approx(R[::2])
+    assert log["ay"] == pytest.approx(V * R)
+
+
+def test_a_struct_of_time_and_several_vectors_keeps_their_names(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "a.mat", {"v_mps": {"time": T, "data": V, "values": R}, "ego": {"t_s": T, "v_mps": V}})
+    assert read_log(tmp_path / "a.mat")["v"] == pytest.approx(V)
+
+
 def test_vectors_of_two_rates_have_each_their_time_in_a_mat_file(tmp_path: Path) -> None:
     from scipy.io import savemat
 
