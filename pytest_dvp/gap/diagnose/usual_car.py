@@ -57,9 +57,9 @@ def is_bare(search: Fitting, now: Trial) -> bool:
 
 def with_seen(search: Fitting, now: Trial) -> Trial:
     """The set with what the logs show by themselves and it has not, fitted along, if that is worth it: what is named
-    before a gearbox is there takes its place."""
+    before a gearbox is there takes its place. Not beside a known remainder, of which that is a part."""
     names = [name for name, one in search.tried.items() if one.seen and name not in now.names]
-    if not names:
+    if not names or search.target.excused:
         return now
     search.tick(f"what the log shows by itself: {', '.join(names)}")
     begin = {key: value for name in names for key, value in search.tried[name].seen.items()}

@@ -201,9 +201,13 @@ def test_what_logs_show_is_kept_until_it_is_fitted() -> None:
     assert [one.values[NAME, "fall"] for one in (first, again, alone)] == [0.6, 0.6, 0.6]
 
 
-@pytest.mark.parametrize(("left", "names"), [(1000.0, ("drive_gain",)), (4000.0, ())])
-def test_what_logs_show_comes_first_if_it_is_worth_it(left: float, names: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    ("left", "excused", "names"), [(1000.0, False, ("drive_gain",)), (4000.0, False, ()), (1000.0, True, ())]
+)
+def test_what_logs_show_comes_first_if_it_is_worth_it(left: float, excused: bool, names: tuple[str, ...]) -> None:
+    """A twin that was learnt without it has it in its known remainder: it is nothing new."""
     search: Any = SimpleNamespace(
+        target=SimpleNamespace(excused=excused),
         tried={
             "mass": SimpleNamespace(seen={}),
             "drive_gain": SimpleNamespace(seen={DRIVE: 0.8}),
