@@ -51,7 +51,9 @@ _LEAVES_NO = {
     "noise": ("misses", "false"),
     "false": ("noise", "misses", "range", "occlusion"),
 }  # with a twin beside, all other effects leave these
-# two behind, so they wait for them; noise makes a tracker lose what it follows, so misses wait for that
+# two behind, so they wait for them
+_WAITS_FOR = {"misses": ("noise",), "occlusion": ("size", "yaw")}  # noise makes a tracker lose what it follows; wrong
+# boxes hide others more, and are paired worse where they are hidden themselves
 _SIGMAS = 1.96  # standard deviations in half a 95 % interval
 _UNSURE = 0.1  # how well a border of occlusion is known at best: boxes do not fill what they stand for
 _LEAST_HIDDEN = 20  # rows of objects that are partly behind others, from which on these show where it ends
@@ -137,7 +139,7 @@ def _left_by(name: str, named: Sequence[str]) -> tuple[str, ...]:
     if part in _LEAVES_NO:
         kept = [other for other in parts if other not in (part, *_LEAVES_NO[part])]
     else:
-        kept = [other for other in parts if part == "misses" and other == "noise"]
+        kept = [other for other in parts if other in _WAITS_FOR.get(part, ())]
     return tuple(f"detection_{other}" for other in kept)
 
 
