@@ -89,11 +89,12 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     for part in _ORDER:
         name = f"detection_{part}"
         effect = catalogue()[name]
+        lacks = part == "occlusion" and other is not None and _puts_behind(found, other, model)
         keys = [k for k in effect.parameters if (name, k.name) in found.values]
         if not keys:
             continue
         if part == "occlusion" and other is not None:
-            differs = _puts_behind(found, other, model)
+            differs = lacks
         elif part == "noise" and found.levels is not None and other is not None and other.levels is not None:
             differs = noise_differs(found.levels, other.levels, any(a.name == name for a in model.effects))
         else:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.perception import diagnose_perception as module
 from pytest_dvp.gap.perception.behind_others import GAIN, LEAST_ROWS, LIDAR, SHARE, Behind, lost_behind, needed_behind
+from pytest_dvp.gap.perception.perceived_values import Perceived
 from vehicle.model.model_file import parse_model
 
 BARE = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\n")
 BOTH, CAMERA = (BARE.with_effect("detection_occlusion", {"share": 0.4, "lidar": lidar}) for lidar in (1.0, 0.0))
+
+YAW = ("detection_yaw", "b")
 
 
 def drive(border: float = 1.0, left: float = 0.0, seed: int = 1, clear: float = 1.0, n: int = 400) -> Behind:
@@ -77,6 +82,33 @@ def test_a_model_that_loses_too_little_gets_the_smaller_border() -> None:
     assert lacks
     assert lost.share[0] == pytest.approx(0.2, abs=0.11)
     assert lost.lidar[0] == 1.0
+
+
+def diagnosed(monkeypatch: pytest.MonkeyPatch, car: Perceived, twin: Perceived, model: Any) -> dict[str, Any]:
+    log, run = (SimpleNamespace(meta={"stage": ""}), SimpleNamespace(meta={"stage": "dt"}))
+    monkeypatch.setattr(module, "perceived_in", lambda one: car if one is log else twin)
+    return {e.name: e for e in module.diagnose_perception(log, model, twin=run)}  # type: ignore[arg-type]
+
+
+def perceived(behind: Behind, turn: float = 0.0) -> Perceived:
+    return Perceived({YAW: (turn, turn - 0.01, turn + 0.01)}, {YAW[0]: 5.0, SHARE[0]: 5.0}, {}, behind=behind)
+
+
+def test_a_diagnosis_names_it_with_both_values_and_waits_for_wrong_boxes(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = diagnosed(monkeypatch, perceived(drive(0.3, 0.45, seed=2)), perceived(drive()), BARE)
+    assert set(found) == {SHARE[0]}
+    assert found[SHARE[0]].standing == "confirmed"
+    assert found[SHARE[0]].action == "add"
+    assert found[SHARE[0]].parameters["share"].value == pytest.approx(0.3, abs=0.11)
+    assert found[SHARE[0]].parameters["lidar"].value == 0.0
+    turned = diagnosed(monkeypatch, perceived(drive(0.3, 0.45, seed=2), turn=0.2), perceived(drive()), BARE)
+    assert {name: e.standing for name, e in turned.items()} == {YAW[0]: "confirmed", SHARE[0]: "provisional"}
+
+
+def test_a_diagnosis_says_nothing_of_a_model_that_loses_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not diagnosed(monkeypatch, perceived(drive(0.4, 0.4, seed=2)), perceived(drive(0.4, 0.4)), CAMERA)
+    found = diagnosed(monkeypatch, perceived(drive(seed=2)), perceived(drive(0.4, 0.3)), CAMERA)
+    assert found[SHARE[0]].action == "remove"
 
 
 def test_few_rows_tell_nothing() -> None:
