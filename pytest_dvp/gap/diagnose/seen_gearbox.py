@@ -251,7 +251,8 @@ def _pulled(
 ) -> FloatArray:  # fmt: skip
     """For each gearbox and fall: all products of pull, pull in gaps, one, squared speed and acceleration, summed."""
     sums = np.zeros((len(firsts), len(steps), len(demands), len(falls), 5, 5))
-    up, pulls, row = np.zeros(_GEARS), np.ones((_GEARS, len(falls))), np.ones(5)
+    up, pulls = np.zeros(_GEARS), np.ones((_GEARS, len(falls)))
+    in_gear = np.zeros((_GEARS, 2, 4))  # sums without and within gaps of asked^2, asked, asked v^2, asked accel
     for i in range(len(firsts)):
         for j in range(len(steps)):
             up[0], ratio = firsts[i], steps[j]
@@ -261,6 +262,7 @@ def _pulled(
                     pulls[gear, m] = pulls[gear - 1, m] / max(ratio, LEAST) ** falls[m]
                 ratio /= PROGRESSION
             for k in range(len(demands)):
+                in_gear[:] = 0.0
                 gear, since = 0, 1e9
                 while gear < _GEARS - 1 and speed[0] >= up[gear] * (1.0 + demands[k] * (asked[0] - DEMAND)):
                     gear += 1
@@ -271,14 +273,28 @@ def _pulled(
                     elif gear > 0 and speed[n] < BACK * up[gear - 1] * later:
                         gear, since = gear - 1, 0.0
                     if shows[n]:
-                        row[3], row[4] = speed[n] * speed[n], accel[n]
-                        for m in range(len(falls)):
-                            row[0] = asked[n] * pulls[gear, m]
-                            row[1] = row[0] if since < gap else 0.0
-                            for a in range(5):
-                                for b in range(5):
-                                    sums[i, j, k, m, a, b] += row[a] * row[b]
+                        held = in_gear[gear, 1 if since < gap else 0]
+                        held[0] += asked[n] * asked[n]
+                        held[1] += asked[n]
+                        held[2] += asked[n] * speed[n] * speed[n]
+                        held[3] += asked[n] * accel[n]
                     since += step
+                for m in range(len(falls)):
+                    one = sums[i, j, k, m]
+                    for gear in range(_GEARS):
+                        for within in range(2):
+                            held, pull = in_gear[gear, within], pulls[gear, m]
+                            for a in range(within + 1):
+                                for b in range(within + 1):
+                                    one[a, b] += pull * pull * held[0]
+                                for b in range(1, 4):
+                                    one[a, b + 1] += pull * held[b]
+                    for a in range(2):
+                        for b in range(2, 5):
+                            one[b, a] = one[a, b]
+    others = np.ones((3, len(speed)))
+    others[0], others[1], others[2] = shows * 1.0, shows * speed * speed, shows * accel
+    sums[..., 2:, 2:] += others @ others.T
     return sums
 
 
