@@ -86,6 +86,7 @@ LATER = (
     "gear_inertia",
     "creep",
     "accelerometer_filter",
+    "torque_converter",
 )
 # how strong an effect of no library is: times its typical size
 OUTSIDE_SCALE = (1.0, 2.0)

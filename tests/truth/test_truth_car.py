@@ -216,7 +216,7 @@ def test_a_wrong_name_or_key_is_refused() -> None:
 
 def test_the_catalogue_and_the_unknown_share_no_name() -> None:
     assert not set(CATALOGUE) & set(OUTSIDE)
-    assert len(CATALOGUE) == 52
+    assert len(CATALOGUE) == 53
 
 
 def test_a_finer_record_of_motion_agrees_with_the_columns() -> None:

@@ -26,7 +26,7 @@ NEAR = 40.0  # m, in which a stack acts on what it sees; farther ones are lost f
 BLOCK = 1.0  # s; of one object: how much of it is hidden changes about as fast; chosen
 LEFT = 0.2  # of what the twin sees, that a car sees beyond the border: with less its LiDAR loses it, too; chosen: 0.1
 # at most in three drives of a car that loses all, 0.3 and more in three whose camera alone does
-LEAST_ROWS = 20
+LEAST_ROWS = 20  # of each drive, as where a log alone shows a border; chosen
 GAIN = 3.0  # log-likelihood that a border brings: 95 % for one, as of a range
 _WIDE = 1.92  # log-likelihood of a 95 % interval
 _RAMP = 0.1  # of the share, over which what is seen falls: boxes do not fill what they stand for; chosen
