@@ -159,7 +159,7 @@ class Search:
     def _risen(self, now: Trial, turns: list[Trial]) -> Trial:
         """The set grown, keys that come late last; from a bare data sheet, what nearly every car has comes at once."""
         self._late = False
-        if not now.names and any(one.seen for one in self.tried.values()):
+        if not now.names and not self.target.excused and any(one.seen for one in self.tried.values()):
             self._scan(now, self.tried)  # the first one says what could not have shown
         now = self.grown(with_seen(self, now), turns, until=lambda one: is_bare(self, one))
         if is_bare(self, now):

@@ -88,7 +88,7 @@ def needed_behind(car: Behind, twin: Behind, effects: Iterable[AppliedEffect]) -
     too_much = lost_behind(twin, car)
     if too_much is not None and too_much.gain >= max(GAIN, lost.gain):
         none = (1.0, 1.0, 1.0)
-        seen = (has["share"],) * 3 if has["lidar"] >= LEFT else none
+        seen = (has["share"],) * 3 if has["lidar"] >= 0.5 else none
         return Lost(seen, none if seen is none else (0.0, 0.0, 0.0), too_much.gain), True
     if lost.gain < GAIN:
         return Lost((has["share"],) * 3, (has["lidar"],) * 3, lost.gain), False
